@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: MIT
+/// @file
+/// @brief Typed errors: what the library throws when it cannot go on.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace slice2mesh {
+
+/// The stage of the pipeline in which something was noticed.
+enum class Stage : std::uint8_t {
+  Read,
+  Regions,
+  Harmonize,
+  Lift,
+  Triangulate,
+  Plc,
+  Tetrahedralize,
+  Certify,
+  Quality,
+  Fem,
+  Write,
+  Options
+};
+
+/// The stage's name, in lower case.
+[[nodiscard]] constexpr const char* to_string(Stage stage) noexcept {
+  switch (stage) {
+    case Stage::Read: return "read";
+    case Stage::Regions: return "regions";
+    case Stage::Harmonize: return "harmonize";
+    case Stage::Lift: return "lift";
+    case Stage::Triangulate: return "triangulate";
+    case Stage::Plc: return "plc";
+    case Stage::Tetrahedralize: return "tetrahedralize";
+    case Stage::Certify: return "certify";
+    case Stage::Quality: return "quality";
+    case Stage::Fem: return "fem";
+    case Stage::Write: return "write";
+    case Stage::Options: return "options";
+  }
+  return "unknown";
+}
+
+/// Base of every error of the library.
+class Error : public std::runtime_error {
+public:
+  Error(Stage stage, const std::string& message)
+      : std::runtime_error(std::string(to_string(stage)) + ": " + message), stage_(stage) {}
+  [[nodiscard]] Stage stage() const noexcept { return stage_; }
+
+private:
+  Stage stage_;
+};
+
+/// An option is out of its range. Its name is the field of the options aggregate.
+class OptionError : public Error {
+public:
+  OptionError(std::string option, const std::string& message)
+      : Error(Stage::Options, option + ": " + message), option_(std::move(option)) {}
+  [[nodiscard]] const std::string& option() const noexcept { return option_; }
+
+private:
+  std::string option_;
+};
+
+/// A file that cannot be opened, read, or written.
+class FileError : public Error {
+public:
+  FileError(Stage stage, std::string path, const std::string& message)
+      : Error(stage, path + ": " + message), path_(std::move(path)) {}
+  [[nodiscard]] const std::string& path() const noexcept { return path_; }
+
+private:
+  std::string path_;
+};
+
+/// Input that is not a readable slice file. Names the place: byte offset from 0, line from 1 (0 in binary geometry).
+class ParseError : public Error {
+public:
+  ParseError(std::string file, std::uint64_t byte, std::uint64_t line, const std::string& message)
+      : Error(Stage::Read, (file.empty() ? std::string("<stream>") : file) + ", byte " + std::to_string(byte) +
+                               (line > 0 ? ", line " + std::to_string(line) : std::string()) + ": " + message),
+        file_(std::move(file)), byte_(byte), line_(line) {}
+  [[nodiscard]] const std::string& file() const noexcept { return file_; }
+  [[nodiscard]] std::uint64_t byte() const noexcept { return byte_; }
+  [[nodiscard]] std::uint64_t line() const noexcept { return line_; }
+
+private:
+  std::string file_;
+  std::uint64_t byte_;
+  std::uint64_t line_;
+};
+
+/// Geometry from which no mesh can be made. Layer and polyline count from 0; -1 means "not one in particular".
+class GeometryError : public Error {
+public:
+  GeometryError(Stage stage, std::int64_t layer, std::int64_t polyline, const std::string& message)
+      : Error(stage, (layer >= 0 ? "layer " + std::to_string(layer) + ": " : std::string()) +
+                         (polyline >= 0 ? "polyline " + std::to_string(polyline) + ": " : std::string()) + message),
+        layer_(layer), polyline_(polyline) {}
+  [[nodiscard]] std::int64_t layer() const noexcept { return layer_; }
+  [[nodiscard]] std::int64_t polyline() const noexcept { return polyline_; }
+
+private:
+  std::int64_t layer_;
+  std::int64_t polyline_;
+};
+
+/// A tetrahedralizer could not fill the complex.
+class TetrahedralizationError : public Error {
+public:
+  TetrahedralizationError(std::int64_t slab, const std::string& message)
+      : Error(Stage::Tetrahedralize, (slab >= 0 ? "slab " + std::to_string(slab) + ": " : std::string()) + message),
+        slab_(slab) {}
+  [[nodiscard]] std::int64_t slab() const noexcept { return slab_; }
+
+private:
+  std::int64_t slab_;
+};
+
+/// A budget of the options (vertices, tets, time) is used up.
+class BudgetError : public Error {
+public:
+  using Error::Error;
+};
+
+/// The progress callback asked to stop.
+class Cancelled : public Error {
+public:
+  explicit Cancelled(Stage stage) : Error(stage, "cancelled") {}
+};
+
+}  // namespace slice2mesh

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+/// @file
+/// @brief Options of the whole pipeline: one aggregate, every field defaulted.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "slice2mesh/core/length.hpp"
+#include "slice2mesh/core/progress.hpp"
+
+namespace slice2mesh {
+
+/// Where the z of a slice lies in its layer. `Paper` extrudes upward from z and drops the last slice, as the reference
+/// implementation does.
+enum class ZConvention : std::uint8_t { Auto, Top, Bottom, Middle, Paper };
+
+/// How a z convention is written in options and reports.
+[[nodiscard]] constexpr const char* to_string(ZConvention convention) noexcept {
+  switch (convention) {
+    case ZConvention::Auto: return "auto";
+    case ZConvention::Top: return "top";
+    case ZConvention::Bottom: return "bottom";
+    case ZConvention::Middle: return "middle";
+    case ZConvention::Paper: return "paper";
+  }
+  return "unknown";
+}
+
+/// From slices to slabs.
+struct SlabOptions {
+  ZConvention z_convention = ZConvention::Auto;
+  std::int32_t lump = 1;  ///< bundles of so many slices become one slab, >= 1; the middle slice stands for the bundle
+  double lump_thickness = 0;    ///< mm; if > 0, slices are bundled up to this thickness instead of by number
+  bool with_open_lines = true;  ///< a slice that has only open lines counts as filled
+};
+
+enum class LineCap : std::uint8_t { Round, Square, Flat };
+enum class LineJoin : std::uint8_t { Round, Miter };
+
+/// From open lines to areas.
+struct ThickenOptions {
+  Length radius = Length::mm(0);  ///< half the width of a support line; 0: supports are left out
+  LineCap cap = LineCap::Square;
+  LineJoin join = LineJoin::Miter;
+  double miter_limit = 2;  ///< mitres longer than this times the radius are beveled, >= 1
+  double arc_tolerance =
+      0.05;  ///< of round ends and joints: largest distance from the true arc, as a share of the radius, (0, 1)
+  double simplify =
+      0.01;  ///< Douglas-Peucker tolerance on the line, as a share of the radius, >= 0 (the paper's value)
+};
+
+/// Horizontal element size.
+struct SizeOptions {
+  Length size = Length::layers(2);      ///< target edge length in the interior, > 0
+  Length contour_size = Length::mm(0);  ///< longest edge of a contour; 0: chosen from `size` and the layer thickness
+  double grading = 0.5;                 ///< growth of the edge length per unit of distance from a contour, (0, 2]
+  std::function<double(double x, double y, double z)>
+      field;  ///< optional upper bound of the edge length (mm) at a point (mm)
+};
+
+/// From planes to tetrahedra.
+struct ImproveOptions {
+  std::int32_t rounds = 12;  ///< rounds of sliver removal, >= 0; 0 leaves the raw fill
+  double target = 5;         ///< R/3r above which a tet is worked on, >= 1
+};
+
+/// Limits of one run; 0 means no limit.
+struct Budget {
+  std::int64_t max_vertices = 0;
+  std::int64_t max_tets = 0;
+  double time_limit = 0;  ///< seconds of wall-clock time
+};
+
+/// Everything `slice_to_mesh` can be told. `Options{}` is a good start.
+struct Options {
+  SlabOptions slabs;
+  ThickenOptions supports;
+  Length eps = Length::layers(0.1);  ///< tolerance of harmonization; 0: exact mode of the paper
+  SizeOptions size;
+  ImproveOptions improve;
+  Budget budget;
+  Progress progress;
+};
+
+}  // namespace slice2mesh
