@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: MIT
+# How the project's own programs and tests are compiled. Nothing here reaches those who only use the library.
+
+if(SLICE2MESH_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  find_program(SLICE2MESH_CCACHE_PROGRAM ccache)
+  mark_as_advanced(SLICE2MESH_CCACHE_PROGRAM)
+  if(SLICE2MESH_CCACHE_PROGRAM)
+    # The sloppiness is what ccache asks for with precompiled headers.
+    set(CMAKE_CXX_COMPILER_LAUNCHER
+        "${CMAKE_COMMAND};-E;env;CCACHE_SLOPPINESS=pch_defines,time_macros;${SLICE2MESH_CCACHE_PROGRAM}")
+  endif()
+endif()
+
+set(slice2mesh_warnings "")
+if(CMAKE_CXX_COMPILER_ID MATCHES "GNU|Clang")
+  set(slice2mesh_warnings -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion)
+  if(SLICE2MESH_WERROR)
+    list(APPEND slice2mesh_warnings -Werror)
+  endif()
+elseif(MSVC)
+  set(slice2mesh_warnings /W4)
+  if(SLICE2MESH_WERROR)
+    list(APPEND slice2mesh_warnings /WX)
+  endif()
+endif()
+
+# Strict floating point: certificates and exact predicates rely on it. Refuse what would break it silently.
+string(TOUPPER "${CMAKE_BUILD_TYPE}" slice2mesh_build_type)
+if("${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${slice2mesh_build_type}}" MATCHES "-ffast-math|-Ofast|-funsafe-math")
+  message(FATAL_ERROR "slice2mesh must not be compiled with -ffast-math, -funsafe-math-optimizations or -Ofast")
+endif()
+
+# Settings of one of our own programs, tests or examples.
+function(slice2mesh_own_target target)
+  target_compile_options(${target} PRIVATE ${slice2mesh_warnings})
+  if(SLICE2MESH_SANITIZE)
+    target_compile_options(${target} PRIVATE -fsanitize=${SLICE2MESH_SANITIZE} -fno-sanitize-recover=all
+                                             -fno-omit-frame-pointer)
+    target_link_options(${target} PRIVATE -fsanitize=${SLICE2MESH_SANITIZE})
+  endif()
+  set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
+endfunction()

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#include "lengths.hpp"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <system_error>
+
+namespace slice2mesh_program {
+
+namespace {
+
+// The number at the start of `text`, which loses it. Does not depend on the locale.
+std::optional<double> take_number(std::string_view& text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || !std::isfinite(value) || value < 0) return std::nullopt;
+  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+  return value == 0 ? 0.0 : value;  // -0 counts as 0
+}
+
+}  // namespace
+
+std::optional<slice2mesh::Length> parse_length(std::string_view text) {
+  const std::optional<double> value = take_number(text);
+  if (!value) return std::nullopt;
+  if (text.empty() || text == "mm") return slice2mesh::Length::mm(*value);
+  if (text == "h") return slice2mesh::Length::layers(*value);
+  return std::nullopt;
+}
+
+std::string to_text(const slice2mesh::Length& length) {
+  std::array<char, 32> buffer{};
+  const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), length.value);
+  std::string text(buffer.data(), error == std::errc() ? end : buffer.data());
+  if (length.relative) text += 'h';
+  return text;
+}
+
+std::optional<Lump> parse_lump(std::string_view text) {
+  Lump lump;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), lump.count);
+  if (error == std::errc() && end == text.data() + text.size()) {
+    return lump.count >= 1 ? std::optional<Lump>(lump) : std::nullopt;
+  }
+  const std::optional<double> thickness = take_number(text);
+  if (!thickness || *thickness <= 0 || text != "mm") return std::nullopt;
+  lump.count = 1;
+  lump.thickness = *thickness;
+  return lump;
+}
+
+}  // namespace slice2mesh_program

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+/// @file
+/// @brief Lengths and numbers as they are written on the command line.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "slice2mesh/core/length.hpp"
+
+namespace slice2mesh_program {
+
+/// "0.1" or "0.1mm": millimetres; "0.1h": layer thicknesses. Finite and not negative, and nothing else around it;
+/// otherwise nothing.
+[[nodiscard]] std::optional<slice2mesh::Length> parse_length(std::string_view text);
+
+/// How a length is written: "0.1" or "0.1h". The shortest text that gives the same number.
+[[nodiscard]] std::string to_text(const slice2mesh::Length& length);
+
+/// How many slices make a slab.
+struct Lump {
+  std::int32_t count = 1;
+  double thickness = 0;  ///< mm; if > 0 it takes the place of the count
+};
+
+/// "4": four slices; "0.2mm": slices up to this thickness. Positive; otherwise nothing.
+[[nodiscard]] std::optional<Lump> parse_lump(std::string_view text);
+
+}  // namespace slice2mesh_program
