@@ -21,6 +21,18 @@ std::optional<double> take_number(std::string_view& text) {
 
 }  // namespace
 
+std::optional<double> parse_number(std::string_view text) {
+  const std::optional<double> value = take_number(text);
+  return text.empty() ? value : std::nullopt;
+}
+
+std::optional<std::int64_t> parse_count(std::string_view text) {
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || value < 0) return std::nullopt;
+  return value;
+}
+
 std::optional<slice2mesh::Length> parse_length(std::string_view text) {
   const std::optional<double> value = take_number(text);
   if (!value) return std::nullopt;

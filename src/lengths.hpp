@@ -12,6 +12,12 @@
 
 namespace slice2mesh_program {
 
+/// A finite number that is not negative, and nothing else; otherwise nothing. Does not depend on the locale.
+[[nodiscard]] std::optional<double> parse_number(std::string_view text);
+
+/// A whole number that is not negative, and nothing else; otherwise nothing.
+[[nodiscard]] std::optional<std::int64_t> parse_count(std::string_view text);
+
 /// "0.1" or "0.1mm": millimetres; "0.1h": layer thicknesses. Finite and not negative, and nothing else around it;
 /// otherwise nothing.
 [[nodiscard]] std::optional<slice2mesh::Length> parse_length(std::string_view text);

@@ -23,7 +23,9 @@ bool standard_error_is_terminal() {
 
 ProgressLine::ProgressLine(bool wanted) : active_(wanted && standard_error_is_terminal()) {}
 
-ProgressLine::~ProgressLine() { clear(); }
+ProgressLine::~ProgressLine() {
+  clear();
+}
 
 slice2mesh::Progress ProgressLine::callback() {
   if (!active_) return {};

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: MIT
+// The program slice2mesh: the command line.
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <cstdio>
+#include <exception>
+#include <functional>
+#include <limits>
+#include <map>
+#include <new>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "exit_codes.hpp"
+#include "info.hpp"
+#include "lengths.hpp"
+#include "mesh.hpp"
+#include "slice2mesh/core/error.hpp"
+#include "slice2mesh/version.hpp"
+
+namespace slice2mesh_program {
+
+namespace {
+
+using slice2mesh::Length;
+
+// An option whose text is turned into a value by `parse`, which gives nothing where the text is wrong.
+template <class Value, class Parse>
+CLI::Option* add_parsed(CLI::App& app, const std::string& name, Value& value, Parse parse, const std::string& type,
+                        const std::string& text, const std::string& standard) {
+  const auto set = [&value, parse, name, type](const std::string& given) {
+    const auto parsed = parse(given);
+    if (!parsed) throw CLI::ValidationError(name, "'" + given + "' is not a " + type);
+    value = static_cast<Value>(*parsed);
+  };
+  CLI::Option* option = app.add_option_function<std::string>(name, set, text)->type_name(type);
+  if (!standard.empty()) option->default_str(standard);
+  return option;
+}
+
+CLI::Option* add_length(CLI::App& app, const std::string& name, Length& value, const std::string& text) {
+  return add_parsed(app, name, value, parse_length, "LENGTH", text, to_text(value));
+}
+
+CLI::Option* add_number(CLI::App& app, const std::string& name, double& value, const std::string& text) {
+  return add_parsed(app, name, value, parse_number, "NUMBER", text, to_text(Length::mm(value)));
+}
+
+template <class Integer>
+CLI::Option* add_count(CLI::App& app, const std::string& name, Integer& value, const std::string& text) {
+  const auto parse = [](const std::string& given) {
+    const auto count = parse_count(given);
+    return count && *count <= std::numeric_limits<Integer>::max() ? count : std::nullopt;
+  };
+  return add_parsed(app, name, value, parse, "COUNT", text, std::to_string(value));
+}
+
+// An option with one of several words.
+template <class Enumeration>
+CLI::Option* add_choice(CLI::App& app, const std::string& name, Enumeration& value,
+                        const std::vector<std::pair<std::string, Enumeration>>& choices, const std::string& text) {
+  std::string type;
+  std::string standard;
+  for (const auto& [word, meaning] : choices) {
+    type += (type.empty() ? "" : "|") + word;
+    if (meaning == value) standard = word;
+  }
+  const auto parse = [choices](const std::string& given) -> std::optional<Enumeration> {
+    for (const auto& [word, meaning] : choices)
+      if (word == given) return meaning;
+    return std::nullopt;
+  };
+  return add_parsed(app, name, value, parse, type, text, standard);
+}
+
+void add_reading_options(CLI::App& app, slice2mesh::CliReadOptions& read, slice2mesh::SlabOptions& slabs) {
+  using slice2mesh::ZConvention;
+  std::vector<std::pair<std::string, ZConvention>> conventions;
+  for (const ZConvention convention :
+       {ZConvention::Auto, ZConvention::Top, ZConvention::Bottom, ZConvention::Middle, ZConvention::Paper})
+    conventions.emplace_back(to_string(convention), convention);
+  add_choice(app, "--z-convention", slabs.z_convention, conventions,
+             "Where the z of a slice lies in its layer; paper: extrude upward from z and drop the last slice");
+  (void)read;
+}
+
+void add_meshing_options(CLI::App& app, slice2mesh::Options& options) {
+  using slice2mesh::LineCap;
+  using slice2mesh::LineJoin;
+  app.add_option_function<std::string>(
+         "--lump",
+         [&options](const std::string& given) {
+           const std::optional<Lump> lump = parse_lump(given);
+           if (!lump) throw CLI::ValidationError("--lump", "'" + given + "' is neither a COUNT nor a thickness in mm");
+           options.slabs.lump = lump->count;
+           options.slabs.lump_thickness = lump->thickness;
+         },
+         "Slices that make one slab together: so many (4), or up to a thickness (0.2mm)")
+      ->type_name("COUNT|THICKNESS")
+      ->default_str("1");
+  app.add_flag_callback(
+      "--no-open-line-layers", [&options] { options.slabs.with_open_lines = false; },
+      "Layers that have only open lines count as empty");
+
+  const std::string supports = "Supports (open lines)";
+  add_length(app, "--support-radius", options.supports.radius, "Half the width of a line; 0: left out")
+      ->group(supports);
+  add_choice<LineCap>(app, "--support-cap", options.supports.cap,
+                      {{"round", LineCap::Round}, {"square", LineCap::Square}, {"flat", LineCap::Flat}},
+                      "Ends of a line")
+      ->group(supports);
+  add_choice<LineJoin>(app, "--support-join", options.supports.join,
+                       {{"round", LineJoin::Round}, {"miter", LineJoin::Miter}}, "Corners of a line")
+      ->group(supports);
+  add_number(app, "--support-miter-limit", options.supports.miter_limit,
+             "Longest miter, in radii; longer ones are beveled")
+      ->group(supports);
+  add_number(app, "--support-arc-tolerance", options.supports.arc_tolerance,
+             "Largest distance from a true arc, in radii")
+      ->group(supports);
+  add_number(app, "--support-simplify", options.supports.simplify,
+             "Tolerance of the simplification of a line, in radii")
+      ->group(supports);
+
+  const std::string elements = "Elements";
+  add_length(app, "--eps", options.eps,
+             "A layer differs from the one below only where the difference is at least this wide; 0: exact")
+      ->group(elements);
+  add_length(app, "--size", options.size.size, "Edge length in the interior")->group(elements);
+  add_length(app, "--contour-size", options.size.contour_size, "Longest edge of a contour; 0: chosen from --size")
+      ->group(elements);
+  add_number(app, "--grading", options.size.grading, "Growth of the edge length per unit of distance from a contour")
+      ->group(elements);
+  add_count(app, "--improve-rounds", options.improve.rounds, "Rounds of sliver removal; 0: none")->group(elements);
+  add_number(app, "--improve-target", options.improve.target, "Elements with a worse R/3r are worked on")
+      ->group(elements);
+
+  const std::string limits = "Limits (0: none)";
+  add_count(app, "--max-vertices", options.budget.max_vertices, "Vertices of the mesh")->group(limits);
+  add_count(app, "--max-tets", options.budget.max_tets, "Elements of the mesh")->group(limits);
+  add_number(app, "--time-limit", options.budget.time_limit, "Seconds of wall-clock time")->group(limits);
+}
+
+// Errors are printed in one place, here, once.
+int fail(int code, const std::string& message) {
+  std::fprintf(stderr, "slice2mesh: %s\n", message.c_str());
+  return code;
+}
+
+int exit_code(const slice2mesh::Error& error) {
+  if (dynamic_cast<const slice2mesh::OptionError*>(&error) != nullptr) return kExitUsage;
+  if (error.stage() == slice2mesh::Stage::Read || error.stage() == slice2mesh::Stage::Write) return kExitInput;
+  return kExitMeshing;
+}
+
+int run(int argc, char** argv) {
+  CLI::App app(
+      "Makes a tetrahedral mesh of the slices of a 3D print in which every element lies in one layer.\n"
+      "A LENGTH is in mm (0.1) or in layer thicknesses (0.1h).",
+      "slice2mesh");
+  app.set_version_flag("--version", "slice2mesh " SLICE2MESH_VERSION);
+  app.footer(
+      "Exit codes: 0 ok, 1 usage, 2 a file cannot be read or written, 3 no mesh can be made, 4 a check of the mesh "
+      "failed.");
+
+  MeshJob job;
+  app.add_option("file", job.input, "Slice file (CLI, text or binary)")->type_name("FILE");
+  app.add_option("-o,--output", job.outputs, "Mesh to write, format by extension (.vtu, .msh, .mesh); repeatable")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  app.add_option("--plc", job.plc, "Piecewise linear complex to write, format by extension (.off, .ply)")
+      ->type_name("FILE");
+  app.add_option("--report", job.report, "Report to write as JSON")->type_name("FILE");
+  app.add_option("--quality-svg", job.quality_svg, "Picture of the element quality to write as SVG")->type_name("FILE");
+  app.add_flag("-q,--quiet", job.quiet, "No log and no progress on the standard error stream");
+  add_reading_options(app, job.read, job.options.slabs);
+  add_meshing_options(app, job.options);
+
+  std::string info_file;
+  slice2mesh::CliReadOptions info_read;
+  slice2mesh::SlabOptions info_slabs;
+  CLI::App* info = app.add_subcommand("info", "Print what a slice file holds");
+  info->add_option("file", info_file, "Slice file (CLI, text or binary)")->type_name("FILE")->required();
+  add_reading_options(*info, info_read, info_slabs);
+  app.require_subcommand(0, 1);
+
+  try {
+    app.parse(argc, argv);
+    if (info->parsed()) {
+      if (!job.input.empty()) throw CLI::ValidationError("info", "takes its file after the word info");
+      return print_info(info_file, info_read, info_slabs);
+    }
+    if (job.input.empty()) throw CLI::RequiredError("file");
+    return mesh_file(job);
+  } catch (const CLI::Success& help_or_version) {
+    return app.exit(help_or_version);
+  } catch (const CLI::ParseError& error) {
+    return fail(kExitUsage, std::string(error.what()) + " (see slice2mesh --help)");
+  } catch (const slice2mesh::Error& error) {
+    return fail(exit_code(error), error.what());
+  } catch (const std::bad_alloc&) {
+    return fail(kExitMeshing, "out of memory");
+  } catch (const std::exception& error) {
+    return fail(kExitMeshing, error.what());
+  }
+}
+
+}  // namespace
+
+}  // namespace slice2mesh_program
+
+int main(int argc, char** argv) {
+  return slice2mesh_program::run(argc, argv);
+}
