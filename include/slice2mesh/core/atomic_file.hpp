@@ -40,7 +40,8 @@ public:
     }
     const fs::file_status status = fs::status(target_, ignored);
     if (fs::is_directory(status)) throw FileError(stage_, path_, "is a folder");
-    direct_ = fs::exists(status) && !fs::is_regular_file(status);
+    // /dev/stdout may lead to a regular file; the one who opened it wants the text there, not in a new file.
+    direct_ = (fs::exists(status) && !fs::is_regular_file(status)) || path_.rfind("/dev/", 0) == 0;
     if (direct_) {
       temporary_ = target_;
     } else {
