@@ -14,7 +14,7 @@ set -euo pipefail
 packages=(g++ cmake ninja-build libcgal-dev libeigen3-dev libcli11-dev nlohmann-json3-dev)
 for argument in "$@"; do
   case "$argument" in
-    --tests) packages+=(catch2) ;;
+    --tests) packages+=(catch2 zlib1g-dev) ;;
     --readers) packages+=(gmsh python3-vtk9 python3-meshio tetgen) ;;
     *)
       echo "bootstrap.sh: unknown argument: $argument" >&2

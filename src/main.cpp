@@ -75,6 +75,10 @@ CLI::Option* add_choice(CLI::App& app, const std::string& name, Enumeration& val
 }
 
 void add_reading_options(CLI::App& app, slice2mesh::CliReadOptions& read, slice2mesh::SlabOptions& slabs) {
+  using slice2mesh::CliCloseLines;
+  using slice2mesh::CliOrientation;
+  using slice2mesh::CliShortCoordinates;
+  using slice2mesh::CliZUnit;
   using slice2mesh::ZConvention;
   std::vector<std::pair<std::string, ZConvention>> conventions;
   for (const ZConvention convention :
@@ -82,7 +86,32 @@ void add_reading_options(CLI::App& app, slice2mesh::CliReadOptions& read, slice2
     conventions.emplace_back(to_string(convention), convention);
   add_choice(app, "--z-convention", slabs.z_convention, conventions,
              "Where the z of a slice lies in its layer; paper: extrude upward from z and drop the last slice");
-  (void)read;
+
+  const std::string reading = "Reading";
+  add_choice<CliOrientation>(app, "--orientation", read.orientation,
+                             {{"auto", CliOrientation::Auto},
+                              {"dir", CliOrientation::Dir},
+                              {"winding", CliOrientation::Winding},
+                              {"nesting", CliOrientation::Nesting}},
+                             "What decides whether a contour bounds a hole")
+      ->group(reading);
+  add_choice<CliCloseLines>(
+      app, "--close-lines", read.close_lines,
+      {{"auto", CliCloseLines::Auto}, {"never", CliCloseLines::Never}, {"always", CliCloseLines::Always}},
+      "Whether an open line that ends where it began is a contour")
+      ->group(reading);
+  add_choice<CliZUnit>(app, "--z-unit", read.z_unit,
+                       {{"auto", CliZUnit::Auto}, {"units", CliZUnit::Units}, {"mm", CliZUnit::Millimeters}},
+                       "What the heights of the file count")
+      ->group(reading);
+  add_choice<CliShortCoordinates>(app, "--short-coordinates", read.short_coordinates,
+                                  {{"auto", CliShortCoordinates::Auto},
+                                   {"unsigned", CliShortCoordinates::Unsigned},
+                                   {"signed", CliShortCoordinates::Signed}},
+                                  "How 16-bit coordinates of binary files are read")
+      ->group(reading);
+  add_number(app, "--unit", read.unit, "mm per unit of the file, instead of what it says; 0: what it says")
+      ->group(reading);
 }
 
 void add_meshing_options(CLI::App& app, slice2mesh::Options& options) {
@@ -169,8 +198,11 @@ int run(int argc, char** argv) {
   app.add_option("-o,--output", job.outputs, "Mesh to write, format by extension (.vtu, .msh, .mesh); repeatable")
       ->type_name("FILE")
       ->allow_extra_args(false);
-  app.add_option("--plc", job.plc, "Piecewise linear complex to write, format by extension (.off, .ply)")
+  app.add_option("--plc", job.plc, "Piecewise linear complex to write, format by extension (.off, .obj, .ply, .stl)")
       ->type_name("FILE");
+  app.add_flag("--plc-skin", job.plc_skin, "Write the outer skin of the complex alone");
+  app.add_flag("--binary", job.write.binary, "Write MSH files binary instead of as text");
+  app.add_flag("--compress", job.write.compress, "Compress VTU files (where the program was built with zlib)");
   app.add_option("--report", job.report, "Report to write as JSON")->type_name("FILE");
   app.add_option("--quality-svg", job.quality_svg, "Picture of the element quality to write as SVG")->type_name("FILE");
   app.add_flag("-q,--quiet", job.quiet, "No log and no progress on the standard error stream");

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "slice2mesh/cli/read_cli.hpp"
+#include "slice2mesh/io/write_options.hpp"
 #include "slice2mesh/pipeline/options.hpp"
 
 namespace slice2mesh_program {
@@ -16,10 +17,12 @@ struct MeshJob {
   std::string input;
   std::vector<std::string> outputs;  ///< meshes, format by extension
   std::string plc;                   ///< the complex; empty: not wanted
+  bool plc_skin = false;             ///< the outer skin of the complex alone
   std::string report;                ///< JSON; empty: not wanted
   std::string quality_svg;           ///< picture of the element quality; empty: not wanted
   slice2mesh::CliReadOptions read;
   slice2mesh::Options options;
+  slice2mesh::WriteOptions write;
   bool quiet = false;  ///< no log, no progress
 };
 

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+#include "mesh.hpp"
+
+#include <chrono>
+#include <cstdio>
+#include <ostream>
+#include <string>
+
+#include "exit_codes.hpp"
+#include "progress_line.hpp"
+#include "report_json.hpp"
+#include "slice2mesh/core/atomic_file.hpp"
+#include "slice2mesh/core/error.hpp"
+#include "slice2mesh/io/write_mesh.hpp"
+#include "slice2mesh/pipeline/slice_to_mesh.hpp"
+#include "slice2mesh/quality/format_quality.hpp"
+#include "slice2mesh/quality/quality_svg.hpp"
+#include "text.hpp"
+
+namespace slice2mesh_program {
+
+namespace {
+
+void print_report(const slice2mesh::Result& result) {
+  const slice2mesh::Report& report = result.report;
+  const slice2mesh::Certificate& certificate = report.certificate;
+  print_line(stdout, "z convention", to_string(report.z_convention));
+  print_line(stdout, "slabs", std::to_string(result.mesh.slabs.size()));
+  print_line(stdout, "thickness", short_text(report.thickness) + " mm (median)");
+  print_line(stdout, "size", short_text(report.size) + " mm");
+  print_line(stdout, "eps", short_text(report.eps) + " mm");
+  print_line(stdout, "largest deviation", short_text(report.max_deviation) + " mm");
+  std::fputs(slice2mesh::format_quality(report.quality).c_str(), stdout);
+  std::fputs("\n", stdout);
+  print_line(stdout, "certificate", certificate.passed() ? "passed" : "FAILED");
+  for (const slice2mesh::CertificateCheck& check : certificate.checks)
+    std::fprintf(stdout, "  %-6s %s%s%s\n", check.passed ? "ok" : "FAILED", check.name.c_str(),
+                 check.detail.empty() ? "" : ": ", check.detail.c_str());
+}
+
+}  // namespace
+
+int mesh_file(const MeshJob& job) {
+  // What is wrong with the command line is said before any work is done.
+  try {
+    for (const std::string& path : job.outputs) slice2mesh::check_mesh_path(path);
+    if (!job.plc.empty()) slice2mesh::check_plc_path(job.plc);
+  } catch (const slice2mesh::FileError& error) {
+    throw slice2mesh::OptionError("output", error.what());
+  }
+  const auto start = std::chrono::steady_clock::now();
+  const auto log = [&job, &start](const std::string& text) {
+    if (job.quiet) return;
+    const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
+    std::fprintf(stderr, "[%7.2f s] %s\n", time.count(), text.c_str());
+  };
+
+  slice2mesh::Diagnostics reading;
+  const slice2mesh::SliceStack stack = slice2mesh::read_cli(job.input, job.read, &reading);
+  log("read " + job.input + ": " + std::to_string(stack.layers.size()) + " layers");
+  if (!job.quiet) print_diagnostics(stderr, "  ", reading);
+
+  slice2mesh::Result result;
+  {
+    ProgressLine progress(!job.quiet);
+    slice2mesh::Options options = job.options;
+    options.progress = progress.callback();
+    result = slice2mesh::slice_to_mesh(stack, options);
+  }
+  log("meshed: " + std::to_string(result.mesh.tets.size()) + " tets in " + std::to_string(result.mesh.slabs.size()) +
+      " slabs");
+  if (!job.quiet) {
+    print_diagnostics(stderr, "  ", result.diagnostics);
+    for (const auto& [stage, seconds] : result.report.seconds)
+      std::fprintf(stderr, "  %-16s%8.2f s\n", to_string(stage), seconds);
+  }
+  slice2mesh::Diagnostics all = reading;
+  all.append(result.diagnostics);
+  result.diagnostics = all;
+
+  const bool passed = result.report.certificate.passed();
+  if (passed) {
+    for (const std::string& path : job.outputs) {
+      slice2mesh::write_mesh(path, result.mesh, job.write);
+      log("wrote " + path);
+    }
+  }
+  if (!job.plc.empty()) {
+    slice2mesh::PlcWriteOptions plc_options;
+    plc_options.inner_faces = !job.plc_skin;
+    slice2mesh::write_plc(job.plc, result.plc, plc_options);
+    log("wrote " + job.plc);
+  }
+  if (!job.report.empty()) {
+    const std::string text = report_json(job, result);
+    slice2mesh::write_file_atomically(job.report, slice2mesh::Stage::Write,
+                                      [&text](std::ostream& out) { out << text; });
+    log("wrote " + job.report);
+  }
+  if (!job.quality_svg.empty()) {
+    slice2mesh::write_quality_svg(job.quality_svg, result.report.quality, job.input);
+    log("wrote " + job.quality_svg);
+  }
+  print_report(result);
+  if (passed) return kExitOk;
+  std::fputs("slice2mesh: a check of the certificate failed; no mesh was written\n", stderr);
+  return kExitCertificate;
+}
+
+}  // namespace slice2mesh_program
