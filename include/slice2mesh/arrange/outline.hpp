@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+/// @file
+/// @brief Outline: the contours of one slab, a plane divided into regions.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "slice2mesh/arrange/exact.hpp"
+#include "slice2mesh/arrange/snap_rounding.hpp"
+#include "slice2mesh/core/slab.hpp"
+
+namespace slice2mesh {
+
+/// The boundaries between the regions of one slab. Edges have no crossings and meet in vertices only; every edge
+/// separates two different regions, or a region and the outside.
+struct Outline {
+  struct Edge {
+    std::int32_t a = 0;          ///< vertex
+    std::int32_t b = 0;          ///< vertex
+    std::int32_t left = kNone;   ///< region on the left of a -> b, or kNone
+    std::int32_t right = kNone;  ///< region on the right, or kNone
+  };
+  std::vector<GridPoint> vertices;  ///< #V, all different, each on an edge
+  std::vector<Edge> edges;          ///< #E
+
+  [[nodiscard]] bool empty() const { return edges.empty(); }
+};
+
+namespace detail {
+
+/// Twice the area of a region (kNone: of all regions) in squared pitches; exact.
+[[nodiscard]] inline Int128 doubled_area(const Outline& outline, std::int32_t region) {
+  Int128 sum = 0;
+  for (const Outline::Edge& e : outline.edges) {
+    const GridPoint &p = outline.vertices[static_cast<std::size_t>(e.a)],
+                    &q = outline.vertices[static_cast<std::size_t>(e.b)];
+    const Int128 term = Int128(p.x) * q.y - Int128(p.y) * q.x;
+    if (region == kNone ? (e.left != kNone) : (e.left == region)) sum += term;
+    if (region == kNone ? (e.right != kNone) : (e.right == region)) sum -= term;
+  }
+  return sum;
+}
+
+/// Each region's boundary as closed walks: a directed segment with the region on its left, tag `first_tag + region`.
+inline void append_segments(const Outline& outline, std::int32_t first_tag, std::vector<TaggedSegment>& segments) {
+  for (const Outline::Edge& e : outline.edges) {
+    const GridPoint &p = outline.vertices[static_cast<std::size_t>(e.a)],
+                    &q = outline.vertices[static_cast<std::size_t>(e.b)];
+    if (e.left != kNone) segments.push_back({p, q, first_tag + e.left});
+    if (e.right != kNone) segments.push_back({q, p, first_tag + e.right});
+  }
+}
+
+/// Drops vertices without edges and numbers the others in lexicographic order; sorts the edges. One outline, one form.
+inline void normalize(Outline& outline) {
+  std::vector<char> used(outline.vertices.size(), 0);
+  for (const Outline::Edge& e : outline.edges)
+    used[static_cast<std::size_t>(e.a)] = used[static_cast<std::size_t>(e.b)] = 1;
+  std::vector<std::int32_t> order;
+  for (std::size_t v = 0; v < used.size(); ++v)
+    if (used[v]) order.push_back(static_cast<std::int32_t>(v));
+  std::sort(order.begin(), order.end(), [&](std::int32_t u, std::int32_t v) {
+    return outline.vertices[static_cast<std::size_t>(u)] < outline.vertices[static_cast<std::size_t>(v)];
+  });
+  std::vector<std::int32_t> index(used.size(), kNone);
+  std::vector<GridPoint> vertices;
+  vertices.reserve(order.size());
+  for (const std::int32_t v : order) {
+    index[static_cast<std::size_t>(v)] = static_cast<std::int32_t>(vertices.size());
+    vertices.push_back(outline.vertices[static_cast<std::size_t>(v)]);
+  }
+  outline.vertices = std::move(vertices);
+  for (Outline::Edge& e : outline.edges) {
+    e.a = index[static_cast<std::size_t>(e.a)];
+    e.b = index[static_cast<std::size_t>(e.b)];
+    if (e.a > e.b) {
+      std::swap(e.a, e.b);
+      std::swap(e.left, e.right);
+    }
+  }
+  std::sort(outline.edges.begin(), outline.edges.end(),
+            [](const Outline::Edge& e, const Outline::Edge& f) { return e.a != f.a ? e.a < f.a : e.b < f.b; });
+}
+
+}  // namespace detail
+
+}  // namespace slice2mesh

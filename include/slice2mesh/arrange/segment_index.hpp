@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+/// @file
+/// @brief Distances to an outline, and the deviation between two outlines.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "slice2mesh/arrange/exact.hpp"
+#include "slice2mesh/arrange/outline.hpp"
+#include "slice2mesh/arrange/snap_rounding.hpp"
+
+namespace slice2mesh::detail {
+
+/// Segments in buckets, for distances of points to the nearest of them. Distances are in pitches, rounded: they serve
+/// choices and measures, never topology.
+class SegmentIndex {
+public:
+  SegmentIndex() : SegmentIndex(std::vector<std::pair<GridPoint, GridPoint>>{}) {}
+  explicit SegmentIndex(std::vector<std::pair<GridPoint, GridPoint>> segments)
+      : segments_(std::move(segments)), buckets_{low(), high(), segments_.size()}, start_(buckets_.size() + 1, 0) {
+    const auto visit = [&](std::size_t i, auto&& f) {
+      buckets_.for_each_on(segments_[i].first, segments_[i].second, 0, f);
+    };
+    for (std::size_t i = 0; i < segments_.size(); ++i) visit(i, [&](std::size_t cell) { ++start_[cell + 1]; });
+    for (std::size_t c = 1; c < start_.size(); ++c) start_[c] += start_[c - 1];
+    items_.resize(start_.back());
+    std::vector<std::size_t> next(start_.begin(), start_.end() - 1);
+    for (std::size_t i = 0; i < segments_.size(); ++i) visit(i, [&](std::size_t cell) { items_[next[cell]++] = i; });
+  }
+  explicit SegmentIndex(const Outline& outline) : SegmentIndex(segments_of(outline)) {}
+
+  /// A distance and the segment it was measured to (-1: none within the limit).
+  struct Nearest {
+    double distance;
+    std::ptrdiff_t segment;
+  };
+
+  /// The segment nearest to p among those nearer than `limit`; if there is none, `limit` and no segment.
+  [[nodiscard]] Nearest nearest(const GridPoint& p, double limit = std::numeric_limits<double>::infinity()) const {
+    Nearest best{limit, -1};
+    if (segments_.empty()) return best;
+    const double outside =
+        std::hypot(double(p.x - std::clamp(p.x, low_.x, high_.x)), double(p.y - std::clamp(p.y, low_.y, high_.y)));
+    if (outside >= limit) return best;
+    for (std::int64_t ring = 0;; ++ring) {
+      // What is in this ring of buckets is at least (ring - 1) buckets from the bucket nearest to p.
+      if (double(ring - 1) * double(buckets_.cell()) > best.distance) break;
+      const bool any = buckets_.for_each_on_ring(p, ring, [&](std::size_t cell) {
+        for (std::size_t i = start_[cell]; i < start_[cell + 1]; ++i) {
+          const double d = distance_to(items_[i], p);
+          if (d < best.distance) best = {d, static_cast<std::ptrdiff_t>(items_[i])};
+        }
+      });
+      if (!any) break;
+    }
+    return best;
+  }
+  [[nodiscard]] double distance(const GridPoint& p, double limit = std::numeric_limits<double>::infinity()) const {
+    return nearest(p, limit).distance;
+  }
+  [[nodiscard]] double distance_to(std::size_t segment, const GridPoint& p) const {
+    return segment_distance(p, segments_[segment].first, segments_[segment].second);
+  }
+
+  static std::vector<std::pair<GridPoint, GridPoint>> segments_of(const Outline& outline) {
+    std::vector<std::pair<GridPoint, GridPoint>> result;
+    result.reserve(outline.edges.size());
+    for (const Outline::Edge& e : outline.edges)
+      result.emplace_back(outline.vertices[static_cast<std::size_t>(e.a)],
+                          outline.vertices[static_cast<std::size_t>(e.b)]);
+    return result;
+  }
+
+private:
+  GridPoint low() {
+    low_ = segments_.empty() ? GridPoint{} : segments_.front().first;
+    high_ = low_;
+    for (const auto& [a, b] : segments_)
+      for (const GridPoint& p : {a, b}) {
+        low_ = {std::min(low_.x, p.x), std::min(low_.y, p.y)};
+        high_ = {std::max(high_.x, p.x), std::max(high_.y, p.y)};
+      }
+    return low_;
+  }
+  GridPoint high() const { return high_; }
+  GridPoint low_, high_;
+  std::vector<std::pair<GridPoint, GridPoint>> segments_;
+  Buckets buckets_;
+  std::vector<std::size_t> start_;
+  std::vector<std::size_t> items_;
+};
+
+/// Largest distance of a point of the edges of `from` to the edges behind `to` (one-sided Hausdorff distance, in
+/// pitches), as an upper bound that is exact up to `resolution` pitches. Cost: O(n log(length / resolution)) for near
+/// outlines.
+[[nodiscard]] inline double one_sided_deviation(const Outline& from, const SegmentIndex& to, double resolution) {
+  using Nearest = SegmentIndex::Nearest;
+  struct Piece {
+    GridPoint a, b;
+    Nearest na, nb;
+  };
+  double worst = 0;
+  std::vector<Piece> stack;
+  std::vector<Nearest> at(from.vertices.size());
+  for (std::size_t v = 0; v < at.size(); ++v) {
+    at[v] = to.nearest(from.vertices[v]);
+    worst = std::max(worst, at[v].distance);
+  }
+  for (const Outline::Edge& e : from.edges) {
+    stack.push_back({from.vertices[static_cast<std::size_t>(e.a)], from.vertices[static_cast<std::size_t>(e.b)],
+                     at[static_cast<std::size_t>(e.a)], at[static_cast<std::size_t>(e.b)]});
+    while (!stack.empty()) {
+      const Piece p = stack.back();
+      stack.pop_back();
+      // Along the piece the distance has slope at most one, and the distance to one segment is convex.
+      const double length = detail::distance(p.a, p.b);
+      double bound = (p.na.distance + p.nb.distance + length) / 2;
+      for (const Nearest& n : {p.na, p.nb}) {
+        if (n.segment < 0) continue;
+        const auto s = static_cast<std::size_t>(n.segment);
+        bound = std::min(bound, std::max(to.distance_to(s, p.a), to.distance_to(s, p.b)));
+      }
+      if (bound <= worst) continue;
+      if (bound <= worst + resolution || length <= 2) {
+        worst = bound;
+        continue;
+      }
+      const GridPoint m{p.a.x + (p.b.x - p.a.x) / 2, p.a.y + (p.b.y - p.a.y) / 2};
+      const Nearest nm = to.nearest(m);
+      worst = std::max(worst, nm.distance);
+      stack.push_back({p.a, m, p.na, nm});
+      stack.push_back({m, p.b, nm, p.nb});
+    }
+  }
+  return worst;
+}
+
+/// Hausdorff distance of two outlines in pitches, both ways.
+[[nodiscard]] inline double deviation(const Outline& a, const Outline& b, double resolution) {
+  if (a.empty() || b.empty()) return a.empty() && b.empty() ? 0 : std::numeric_limits<double>::infinity();
+  return std::max(one_sided_deviation(a, SegmentIndex(b), resolution),
+                  one_sided_deviation(b, SegmentIndex(a), resolution));
+}
+
+}  // namespace slice2mesh::detail

@@ -1,0 +1,342 @@
+// SPDX-License-Identifier: MIT
+/// @file
+/// @brief Arrangement of segments with vertices on the grid: snap rounding.
+///
+/// Crossings are found and rounded in exact integer arithmetic. A grid cell that holds an end point or a crossing is
+/// *hot*, and every segment that passes through a hot cell is led through its center. The result has no crossings and
+/// no vertex on an edge, whatever the input; no point moves by more than half a cell in x and in y.
+/// Source: Hobby, "Practical segment intersection with finite precision output", Comput. Geom. 13 (1999) 199-214;
+/// Guibas, Marimont, "Rounding arrangements dynamically", SCG 1995.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "slice2mesh/arrange/exact.hpp"
+#include "slice2mesh/core/grid.hpp"
+
+namespace slice2mesh {
+
+/// A directed segment with a mark that it hands on to all of its pieces.
+struct TaggedSegment {
+  GridPoint from;
+  GridPoint to;
+  std::int32_t tag = 0;
+};
+
+/// How often and in which direction (+1: from the lower to the higher vertex index, -1: back) pieces of a tag run over
+/// an edge.
+struct EdgeTag {
+  std::int32_t tag = 0;
+  std::int32_t winding = 0;
+};
+
+/// A planar straight-line graph: edges meet in common vertices only.
+struct Arrangement {
+  struct Edge {
+    std::int32_t a = 0;  ///< index of the lexicographically smaller vertex
+    std::int32_t b = 0;
+    std::int32_t first_tag = 0;  ///< range [first_tag, last_tag) in `tags`
+    std::int32_t last_tag = 0;
+  };
+  std::vector<GridPoint> vertices;  ///< #V, lexicographically sorted, all different
+  std::vector<Edge> edges;          ///< #E, sorted by (a, b), all different
+  std::vector<EdgeTag> tags;        ///< per edge, sorted by tag; pieces that cancel out keep an entry with winding 0
+  std::size_t crossings = 0;        ///< number of pairs of input segments that cross in their interiors
+
+  /// The vertices along an input segment, ends included, in its direction; empty for a segment of zero length.
+  [[nodiscard]] std::vector<std::int32_t> path(std::size_t segment) const {
+    const std::int32_t k = segment_chain[segment];
+    if (k == -1) return {};
+    const auto c = static_cast<std::size_t>(k >= 0 ? k : -2 - k);
+    std::vector<std::int32_t> result(chains.begin() + chain_start[c], chains.begin() + chain_start[c + 1]);
+    if (k < 0) std::reverse(result.begin(), result.end());
+    return result;
+  }
+
+  std::vector<std::int32_t> segment_chain;  ///< per input segment: chain k forward as k, backward as -2 - k, none as -1
+  std::vector<std::int32_t> chain_start;    ///< #C + 1 offsets into `chains`
+  std::vector<std::int32_t> chains;         ///< vertices along the different input segments
+};
+
+namespace detail {
+
+/// A uniform grid of buckets over a bounding box, for segments and points.
+class Buckets {
+public:
+  Buckets(GridPoint low, GridPoint high, std::size_t expected) : low_(low) {
+    const double width = double(high.x - low.x) + 1, height = double(high.y - low.y) + 1;
+    const double count = std::max<double>(1, double(expected));
+    // Square cells, about one per item; long thin boxes get a single row or column of them.
+    double cell = std::max(std::sqrt(width * height / count), std::max(width, height) / (4 * count));
+    cell_ = std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(cell)));
+    columns_ = (high.x - low.x) / cell_ + 1;
+    rows_ = (high.y - low.y) / cell_ + 1;
+  }
+  [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(columns_ * rows_); }
+  [[nodiscard]] std::size_t of(const GridPoint& p) const {
+    return index((p.x - low_.x) / cell_, (p.y - low_.y) / cell_);
+  }
+  /// Calls f(bucket) for all buckets that the segment, widened by `pad` pitches, touches (and perhaps a few more).
+  template <class F>
+  void for_each_on(const GridPoint& a, const GridPoint& b, std::int64_t pad, F&& f) const {
+    const GridPoint& bottom = a.y <= b.y ? a : b;
+    const GridPoint& top = a.y <= b.y ? b : a;
+    const std::int64_t row0 = clamp((bottom.y - pad - low_.y), rows_), row1 = clamp((top.y + pad - low_.y), rows_);
+    const double slope =
+        top.y > bottom.y ? double(top.x - bottom.x) / double(top.y - bottom.y) : 0;  // change of x per unit of y
+    const std::int64_t xmin = std::min(a.x, b.x), xmax = std::max(a.x, b.x);
+    for (std::int64_t row = row0; row <= row1; ++row) {
+      std::int64_t x0 = xmin, x1 = xmax;
+      if (row1 > row0) {
+        // The part of the segment between the lines y0 and y1; one more pitch covers the rounding of the products.
+        const double y0 = double(low_.y + row * cell_ - bottom.y) - double(pad) - 1;
+        const double y1 = y0 + double(cell_) + 2 * double(pad) + 2;
+        const double u = double(bottom.x) + slope * y0, v = double(bottom.x) + slope * y1;
+        x0 = std::max(xmin, static_cast<std::int64_t>(std::floor(std::min(u, v))) - 1);
+        x1 = std::min(xmax, static_cast<std::int64_t>(std::ceil(std::max(u, v))) + 1);
+        if (x0 > x1) x0 = x1 = std::clamp(x0, xmin, xmax);
+      }
+      const std::int64_t column0 = clamp(x0 - pad - low_.x, columns_), column1 = clamp(x1 + pad - low_.x, columns_);
+      for (std::int64_t column = column0; column <= column1; ++column) f(index(column, row));
+    }
+  }
+
+  [[nodiscard]] std::int64_t cell() const { return cell_; }
+  /// Calls f(bucket) for the buckets at distance `ring` (in buckets, Chebyshev) from the one nearest to p; false if
+  /// there are none.
+  template <class F>
+  bool for_each_on_ring(const GridPoint& p, std::int64_t ring, F&& f) const {
+    const std::int64_t column = clamp(p.x - low_.x, columns_), row = clamp(p.y - low_.y, rows_);
+    const std::int64_t c0 = std::max<std::int64_t>(0, column - ring), c1 = std::min(columns_ - 1, column + ring);
+    bool any = false;
+    for (std::int64_t r = std::max<std::int64_t>(0, row - ring); r <= std::min(rows_ - 1, row + ring); ++r) {
+      if (r == row - ring || r == row + ring) {
+        for (std::int64_t c = c0; c <= c1; ++c) f(index(c, r));
+        any = true;
+      } else {
+        if (column - ring >= 0) f(index(column - ring, r)), any = true;
+        if (column + ring < columns_ && ring > 0) f(index(column + ring, r)), any = true;
+      }
+    }
+    return any;
+  }
+
+private:
+  [[nodiscard]] std::size_t index(std::int64_t column, std::int64_t row) const {
+    return static_cast<std::size_t>(row * columns_ + column);
+  }
+  [[nodiscard]] std::int64_t clamp(std::int64_t offset, std::int64_t cells) const {
+    return offset < 0 ? 0 : std::min(offset / cell_, cells - 1);
+  }
+  GridPoint low_;
+  std::int64_t cell_ = 1;
+  std::int64_t columns_ = 1;
+  std::int64_t rows_ = 1;
+};
+
+/// Does the closed segment ab meet the half-open cell [-1/2, 1/2)^2 around c? Exact.
+[[nodiscard]] inline bool meets_cell(const GridPoint& a, const GridPoint& b, const GridPoint& c) noexcept {
+  if (std::min(a.x, b.x) > c.x || std::max(a.x, b.x) < c.x) return false;
+  if (std::min(a.y, b.y) > c.y || std::max(a.y, b.y) < c.y) return false;
+  const std::int64_t dx = b.x - a.x, dy = b.y - a.y;
+  const Int128 center = 2 * (Int128(dx) * (c.y - a.y) - Int128(dy) * (c.x - a.x));
+  bool left = false, right = false;
+  for (int sx = -1; sx <= 1; sx += 2) {
+    for (int sy = -1; sy <= 1; sy += 2) {
+      const Int128 value = center + Int128(dx) * sy - Int128(dy) * sx;
+      int side = sign(value);
+      // The upper and right borders do not belong to the cell: these corners stand infinitesimally inside.
+      if (side == 0) side = sign(Int128(sx > 0 ? dy : 0) - (sy > 0 ? dx : 0));
+      if (side == 0) return true;
+      (side > 0 ? left : right) = true;
+    }
+  }
+  return left && right;
+}
+
+[[nodiscard]] constexpr Int128 floor_div(Int128 n, Int128 d) noexcept {
+  const Int128 q = n / d;
+  return (n % d != 0 && ((n < 0) != (d < 0))) ? q - 1 : q;
+}
+
+/// The center of the cell that holds the proper crossing of ab and cd.
+[[nodiscard]] inline GridPoint rounded_crossing(const GridPoint& a, const GridPoint& b, const GridPoint& c,
+                                                const GridPoint& d) noexcept {
+  const std::int64_t dx = b.x - a.x, dy = b.y - a.y, ex = d.x - c.x, ey = d.y - c.y;
+  Int128 den = Int128(dx) * ey - Int128(dy) * ex;
+  Int128 num = Int128(c.x - a.x) * ey - Int128(c.y - a.y) * ex;
+  if (den < 0) {
+    den = -den;
+    num = -num;
+  }
+  const auto round_half_up = [&](std::int64_t delta) {
+    return static_cast<std::int64_t>(floor_div(2 * (num * delta) + den, 2 * den));
+  };
+  return {a.x + round_half_up(dx), a.y + round_half_up(dy)};
+}
+
+}  // namespace detail
+
+/// The snap-rounded arrangement of segments; zero-length segments are dropped. `points` become vertices even where no
+/// segment ends.
+/// Precondition: coordinates within kGridLimit (not checked here; `make_grid` sees to it).
+/// Cost: O(n log n + k) for evenly spread segments with k crossings.
+[[nodiscard]] inline Arrangement snap_round(const std::vector<TaggedSegment>& segments,
+                                            const std::vector<GridPoint>& points = {}) {
+  using detail::Buckets;
+  Arrangement result;
+  std::vector<GridPoint>& hot = result.vertices;
+  hot.reserve(segments.size() + points.size());
+  for (const TaggedSegment& s : segments) {
+    if (s.from == s.to) continue;
+    hot.push_back(s.from);
+    hot.push_back(s.to);
+  }
+  hot.insert(hot.end(), points.begin(), points.end());
+  if (hot.empty()) return result;
+  const auto make_unique = [&] {
+    std::sort(hot.begin(), hot.end());
+    hot.erase(std::unique(hot.begin(), hot.end()), hot.end());
+  };
+  make_unique();
+  GridPoint low = hot.front(), high = hot.front();
+  for (const GridPoint& p : hot) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+  }
+
+  // Different segments by their ends (direction aside): a segment that stands twice has the same pieces.
+  struct Key {
+    GridPoint a, b;
+    bool operator<(const Key& o) const { return a != o.a ? a < o.a : b < o.b; }
+    bool operator==(const Key& o) const { return a == o.a && b == o.b; }
+  };
+  std::vector<Key> keys;
+  keys.reserve(segments.size());
+  for (const TaggedSegment& s : segments)
+    if (s.from != s.to) keys.push_back(s.from < s.to ? Key{s.from, s.to} : Key{s.to, s.from});
+  std::sort(keys.begin(), keys.end());
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+
+  const Buckets buckets(low, high, keys.size());
+  std::vector<std::int32_t> start(buckets.size() + 1, 0), items;
+  const auto fill = [&](std::size_t count, auto&& visit) {
+    std::fill(start.begin(), start.end(), 0);
+    for (std::size_t i = 0; i < count; ++i) visit(i, [&](std::size_t cell) { ++start[cell + 1]; });
+    for (std::size_t c = 1; c < start.size(); ++c) start[c] += start[c - 1];
+    items.assign(static_cast<std::size_t>(start.back()), 0);
+    std::vector<std::int32_t> next(start.begin(), start.end() - 1);
+    for (std::size_t i = 0; i < count; ++i)
+      visit(i, [&](std::size_t cell) { items[static_cast<std::size_t>(next[cell]++)] = static_cast<std::int32_t>(i); });
+  };
+  fill(keys.size(), [&](std::size_t i, auto&& put) { buckets.for_each_on(keys[i].a, keys[i].b, 0, put); });
+
+  // Proper crossings; all other contacts are at end points, whose cells are hot already.
+  struct Pair {
+    std::int32_t i, j;
+    bool operator<(const Pair& o) const { return i != o.i ? i < o.i : j < o.j; }
+    bool operator==(const Pair& o) const { return i == o.i && j == o.j; }
+  };
+  std::vector<Pair> pairs;
+  for (std::size_t cell = 0; cell + 1 < start.size(); ++cell) {
+    for (auto i = start[cell]; i < start[cell + 1]; ++i) {
+      const Key& s = keys[static_cast<std::size_t>(items[static_cast<std::size_t>(i)])];
+      const std::int64_t s_low = std::min(s.a.y, s.b.y), s_high = std::max(s.a.y, s.b.y);
+      for (auto j = i + 1; j < start[cell + 1]; ++j) {
+        const Key& t = keys[static_cast<std::size_t>(items[static_cast<std::size_t>(j)])];
+        if (t.a.x > s.b.x || s.a.x > t.b.x) continue;
+        if (std::min(t.a.y, t.b.y) > s_high || std::max(t.a.y, t.b.y) < s_low) continue;
+        const int o1 = detail::orientation(s.a, s.b, t.a), o2 = detail::orientation(s.a, s.b, t.b);
+        if (o1 * o2 >= 0) continue;
+        const int o3 = detail::orientation(t.a, t.b, s.a), o4 = detail::orientation(t.a, t.b, s.b);
+        if (o3 * o4 >= 0) continue;
+        pairs.push_back({items[static_cast<std::size_t>(i)], items[static_cast<std::size_t>(j)]});
+      }
+    }
+  }
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  result.crossings = pairs.size();
+  for (const Pair& p : pairs) {
+    const Key &s = keys[static_cast<std::size_t>(p.i)], &t = keys[static_cast<std::size_t>(p.j)];
+    hot.push_back(detail::rounded_crossing(s.a, s.b, t.a, t.b));
+  }
+  make_unique();
+
+  // Lead each segment through the hot cells on its way.
+  fill(hot.size(), [&](std::size_t i, auto&& put) { put(buckets.of(hot[i])); });
+  struct Piece {
+    std::int32_t a, b, tag, winding;
+    bool operator<(const Piece& o) const {
+      if (a != o.a) return a < o.a;
+      return b != o.b ? b < o.b : tag < o.tag;
+    }
+  };
+  std::vector<std::int32_t>&chain_start = result.chain_start, &chain = result.chains;
+  chain_start.assign(keys.size() + 1, 0);
+  {
+    std::vector<std::int32_t> on;
+    for (std::size_t k = 0; k < keys.size(); ++k) {
+      const Key& s = keys[k];
+      on.clear();
+      buckets.for_each_on(s.a, s.b, 1, [&](std::size_t cell) {
+        for (auto i = start[cell]; i < start[cell + 1]; ++i) {
+          const std::int32_t v = items[static_cast<std::size_t>(i)];
+          if (detail::meets_cell(s.a, s.b, hot[static_cast<std::size_t>(v)])) on.push_back(v);
+        }
+      });
+      std::sort(on.begin(), on.end());
+      on.erase(std::unique(on.begin(), on.end()), on.end());
+      // By the projection on the segment; the index settles ties, which can only be between cells that touch.
+      std::sort(on.begin(), on.end(), [&](std::int32_t u, std::int32_t v) {
+        const detail::Int128 du = detail::dot(s.a, s.b, hot[static_cast<std::size_t>(u)]);
+        const detail::Int128 dv = detail::dot(s.a, s.b, hot[static_cast<std::size_t>(v)]);
+        return du != dv ? du < dv : u < v;
+      });
+      chain.insert(chain.end(), on.begin(), on.end());
+      chain_start[k + 1] = static_cast<std::int32_t>(chain.size());
+    }
+  }
+  std::vector<Piece> pieces;
+  pieces.reserve(chain.size() + segments.size());
+  result.segment_chain.assign(segments.size(), -1);
+  for (std::size_t index = 0; index < segments.size(); ++index) {
+    const TaggedSegment& segment = segments[index];
+    if (segment.from == segment.to) continue;
+    const bool forward = segment.from < segment.to;
+    const Key key = forward ? Key{segment.from, segment.to} : Key{segment.to, segment.from};
+    const auto k = static_cast<std::size_t>(std::lower_bound(keys.begin(), keys.end(), key) - keys.begin());
+    result.segment_chain[index] = forward ? static_cast<std::int32_t>(k) : -2 - static_cast<std::int32_t>(k);
+    for (auto i = chain_start[k]; i + 1 < chain_start[k + 1]; ++i) {
+      std::int32_t a = chain[static_cast<std::size_t>(i)], b = chain[static_cast<std::size_t>(i + 1)];
+      std::int32_t winding = forward ? 1 : -1;
+      if (a > b) {
+        std::swap(a, b);
+        winding = -winding;
+      }
+      pieces.push_back({a, b, segment.tag, winding});
+    }
+  }
+  std::sort(pieces.begin(), pieces.end());
+  for (std::size_t i = 0; i < pieces.size();) {
+    Arrangement::Edge edge{pieces[i].a, pieces[i].b, static_cast<std::int32_t>(result.tags.size()), 0};
+    std::size_t j = i;
+    while (j < pieces.size() && pieces[j].a == edge.a && pieces[j].b == edge.b) {
+      EdgeTag tag{pieces[j].tag, 0};
+      for (; j < pieces.size() && pieces[j].a == edge.a && pieces[j].b == edge.b && pieces[j].tag == tag.tag; ++j)
+        tag.winding += pieces[j].winding;
+      result.tags.push_back(tag);
+    }
+    edge.last_tag = static_cast<std::int32_t>(result.tags.size());
+    result.edges.push_back(edge);
+    i = j;
+  }
+  return result;
+}
+
+}  // namespace slice2mesh

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+/// @file
+/// @brief Harmonized contours: a slab differs from the slab below only where the difference is wide enough to mesh.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "slice2mesh/arrange/outline.hpp"
+#include "slice2mesh/arrange/segment_index.hpp"
+#include "slice2mesh/core/diagnostics.hpp"
+#include "slice2mesh/core/progress.hpp"
+#include "slice2mesh/harmonize/pockets.hpp"
+#include "slice2mesh/harmonize/simplify.hpp"
+#include "slice2mesh/regions/regions.hpp"
+#include "slice2mesh/triangulate/planar.hpp"
+
+namespace slice2mesh {
+
+/// Options of harmonization, in mm.
+struct HarmonizeOptions {
+  double eps = 0;           ///< largest deviation from the input, both ways; 0: exact mode, contours stay as they are
+  double contour_size = 0;  ///< longest edge of a contour; 0: no limit
+};
+
+/// The contours of all slabs, harmonized.
+struct Contours {
+  Grid grid;
+  std::vector<Slab> slabs;        ///< #S
+  std::vector<Outline> outlines;  ///< #S
+  std::vector<Region> regions;    ///< #R
+  std::vector<double> deviation;  ///< #S, mm: Hausdorff distance to the input slice, both ways
+  double thickness = 0;           ///< median of the slabs, mm
+  double eps = 0;                 ///< mm
+  ZConvention z_convention = ZConvention::Bottom;
+};
+
+namespace detail {
+
+/// Shares of eps. What simplification and the dropped differences cost together stays below 1; the measured deviation
+/// is checked all the same.
+inline constexpr double kOpeningShare = 0.8;         // differences narrower than this go
+inline constexpr double kSimplifyShare = 0.1;        // tolerance of simplification
+inline constexpr double kShortEdgeShare = 0.9;       // edges shorter than this are worth ...
+inline constexpr double kShortToleranceShare = 0.3;  // ... this tolerance
+inline constexpr double kResolutionShare = 0.005;    // resolution of the measured deviation
+
+/// Splits edges longer than `longest` pitches evenly. `skip` (#E, may be empty) edges stay.
+inline void subdivide(Outline& outline, double longest) {
+  if (!(longest > 0) || !std::isfinite(longest)) return;
+  std::vector<Outline::Edge> edges;
+  for (const Outline::Edge& e : outline.edges) {
+    const GridPoint a = outline.vertices[static_cast<std::size_t>(e.a)],
+                    b = outline.vertices[static_cast<std::size_t>(e.b)];
+    const auto pieces = static_cast<std::int64_t>(std::ceil(distance(a, b) / longest));
+    std::int32_t last = e.a;
+    for (std::int64_t i = 1; i < pieces; ++i) {
+      const GridPoint p{a.x + std::int64_t(std::llround(double(b.x - a.x) * double(i) / double(pieces))),
+                        a.y + std::int64_t(std::llround(double(b.y - a.y) * double(i) / double(pieces)))};
+      outline.vertices.push_back(p);
+      const auto v = static_cast<std::int32_t>(outline.vertices.size()) - 1;
+      edges.push_back({last, v, e.left, e.right});
+      last = v;
+    }
+    edges.push_back({last, e.b, e.left, e.right});
+  }
+  outline.edges = std::move(edges);
+}
+
+/// The contour of a slab that has nothing to be harmonized with.
+[[nodiscard]] inline Outline prepare(const Outline& input, double eps) {
+  Outline outline = input;
+  simplify(outline, {}, {kSimplifyShare * eps, kShortEdgeShare * eps, kShortToleranceShare * eps, HUGE_VAL});
+  normalize(outline);
+  return outline;
+}
+
+}  // namespace detail
+
+/// Harmonizes the regions of all slabs from the lowest up: where a slab differs from the one below by less than eps, it
+/// gets the contour of the one below; where it differs by more, it keeps its own.
+///
+/// Postcondition: the deviation of every slab from its input, measured both ways, is at most eps. A slab for which the
+/// usual shares of eps would exceed that is done again with smaller ones, in the end with its input as it is.
+/// With eps = 0 contours are the input. Slabs that do not touch the slab below start anew.
+/// Cost: O(n log n) per slab.
+[[nodiscard]] inline Contours harmonize(const LayerRegions& input, const HarmonizeOptions& options,
+                                        Diagnostics& diagnostics, const Progress& progress = {}) {
+  if (!(options.eps >= 0) || !std::isfinite(options.eps))
+    throw OptionError("eps", "must be a finite length, 0 or more");
+  Contours result;
+  result.grid = input.grid;
+  result.slabs = input.slabs;
+  result.regions = input.regions;
+  result.thickness = input.thickness;
+  result.eps = options.eps;
+  result.z_convention = input.z_convention;
+  const double eps = options.eps / input.grid.pitch;
+  const double longest = options.contour_size > 0 ? options.contour_size / input.grid.pitch : HUGE_VAL;
+  for (std::size_t s = 0; s < input.slabs.size(); ++s) {
+    report(progress, Stage::Harmonize, double(s) / double(input.slabs.size()));
+    const Outline& own = input.outlines[s];
+    // Below a thousand pitches a tolerance means nothing on the grid: contours stay as they are.
+    constexpr double kSmallestEps = 1000;
+    if (eps < kSmallestEps) {
+      result.outlines.push_back(own);
+      result.deviation.push_back(0);
+      continue;
+    }
+    const bool stacked = s > 0 && input.slabs[s - 1].z_high == input.slabs[s].z_low;
+    Outline outline;
+    double deviation = 0;
+    double share = 1;
+    for (int attempt = 0;; ++attempt, share *= 0.7) {
+      if (attempt == 4) {
+        outline = own;
+        deviation = 0;
+        diagnostics.add(Severity::Warning, Stage::Harmonize, "not_harmonized",
+                        "the slice could not be harmonized within eps and is used as it is", input.slabs[s].slice);
+        break;
+      }
+      outline = detail::prepare(own, share * eps);
+      if (stacked) {
+        outline =
+            detail::open_difference(outline, result.outlines[s - 1], static_cast<std::int32_t>(input.regions.size()),
+                                    share * eps * detail::kOpeningShare,
+                                    {detail::kSimplifyShare * share * eps, detail::kShortEdgeShare * share * eps,
+                                     detail::kShortToleranceShare * share * eps, longest});
+      }
+      deviation = detail::deviation(outline, own, detail::kResolutionShare * eps);
+      if (deviation <= eps) break;
+      diagnostics.add(Severity::Note, Stage::Harmonize, "harmonized_again",
+                      "deviation of " + std::to_string(deviation / eps) + " eps; done again with a smaller share",
+                      input.slabs[s].slice);
+    }
+    detail::subdivide(outline, longest);
+    detail::normalize(outline);
+    result.deviation.push_back(deviation * input.grid.pitch);
+    result.outlines.push_back(std::move(outline));
+  }
+  report(progress, Stage::Harmonize, 1);
+  return result;
+}
+
+}  // namespace slice2mesh

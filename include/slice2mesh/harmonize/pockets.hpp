@@ -1,0 +1,479 @@
+// SPDX-License-Identifier: MIT
+/// @file
+/// @brief The difference of two outlines, opened: pockets that are wide enough, cut square at their ends.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <numeric>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "slice2mesh/arrange/outline.hpp"
+#include "slice2mesh/arrange/segment_index.hpp"
+#include "slice2mesh/harmonize/simplify.hpp"
+#include "slice2mesh/triangulate/planar.hpp"
+
+namespace slice2mesh::detail {
+
+/// Union-find with path halving.
+class DisjointSets {
+public:
+  explicit DisjointSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
+  [[nodiscard]] std::int32_t find(std::int32_t i) {
+    while (parent_[std::size_t(i)] != i) i = parent_[std::size_t(i)] = parent_[std::size_t(parent_[std::size_t(i)])];
+    return i;
+  }
+  void unite(std::int32_t i, std::int32_t j) {
+    i = find(i);
+    j = find(j);
+    if (i != j) parent_[std::size_t(std::max(i, j))] = std::min(i, j);
+  }
+
+private:
+  std::vector<std::int32_t> parent_;
+};
+
+[[nodiscard]] constexpr std::uint64_t edge_key(std::int32_t a, std::int32_t b) noexcept {
+  return a < b ? (std::uint64_t(std::uint32_t(a)) << 32) | std::uint32_t(b)
+               : (std::uint64_t(std::uint32_t(b)) << 32) | std::uint32_t(a);
+}
+
+/// A piece of the outline that is being put together. `parent`: an edge of the outline below (0 and up), an edge of the
+/// own outline (count of the former and up), or kNone for a cut across a pocket.
+struct OutlinePiece {
+  std::int32_t a, b, left, right, parent;
+};
+
+/// Joins pieces of the same parent with the same regions over vertices that nothing else uses, so that edges which were
+/// split on the way are whole again.
+inline std::vector<OutlinePiece> join_pieces(const std::vector<OutlinePiece>& pieces, std::size_t vertices) {
+  std::vector<std::array<std::int32_t, 2>> at(vertices, {kNone, kNone});
+  std::vector<std::int32_t> degree(vertices, 0);
+  for (std::size_t p = 0; p < pieces.size(); ++p)
+    for (const std::int32_t v : {pieces[p].a, pieces[p].b}) {
+      const std::int32_t d = degree[std::size_t(v)]++;
+      if (d < 2) at[std::size_t(v)][std::size_t(d)] = std::int32_t(p);
+    }
+  const auto passes = [&](std::int32_t v) {
+    if (degree[std::size_t(v)] != 2) return false;
+    const OutlinePiece &p = pieces[std::size_t(at[std::size_t(v)][0])], &q = pieces[std::size_t(at[std::size_t(v)][1])];
+    if (p.parent != q.parent || p.parent == kNone) return false;
+    const bool same_way = (p.b == v) == (q.a == v);
+    return same_way ? (p.left == q.left && p.right == q.right) : (p.left == q.right && p.right == q.left);
+  };
+  std::vector<char> done(pieces.size(), 0);
+  std::vector<OutlinePiece> result;
+  for (std::size_t p = 0; p < pieces.size(); ++p) {
+    if (done[p]) continue;
+    done[p] = 1;
+    OutlinePiece joined = pieces[p];
+    const auto extend = [&](std::int32_t v) {
+      std::int32_t from = std::int32_t(p);
+      while (passes(v)) {
+        const auto& both = at[std::size_t(v)];
+        const std::int32_t next = both[0] == from ? both[1] : both[0];
+        if (done[std::size_t(next)]) break;
+        done[std::size_t(next)] = 1;
+        v = pieces[std::size_t(next)].a == v ? pieces[std::size_t(next)].b : pieces[std::size_t(next)].a;
+        from = next;
+      }
+      return v;
+    };
+    joined.b = extend(joined.b);
+    joined.a = extend(joined.a);
+    result.push_back(joined);
+  }
+  return result;
+}
+
+/// What a vertex of a pocket's triangulation is to the two outlines.
+struct PocketVertex {
+  bool on_own = false;
+  bool on_below = false;
+  bool far = false;  ///< on one outline, and at least a width from the other
+};
+
+/// Decides which triangles of wide pockets stay. A triangle that spans from one outline to the other with no far corner
+/// lies in a band narrower than the width and goes. Triangles between two stretches of the same outline (a spike, a
+/// wall, a gap of the part's own) stay wherever they lead to something far; so do corners and short necks.
+class PocketSelection {
+public:
+  /// `triangles`: #T by 3; `neighbor`: #T by 3, kNone outside of the pocket.
+  PocketSelection(const std::vector<GridPoint>& points, const std::vector<PocketVertex>& vertices,
+                  const std::vector<std::array<std::int32_t, 3>>& triangles,
+                  const std::vector<std::array<std::int32_t, 3>>& neighbor)
+      : points_(points), triangles_(triangles), neighbor_(neighbor), kept_(triangles.size(), 0) {
+    std::vector<char> far(triangles.size(), 0);
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+      bool own_only = false, below_only = false;
+      for (const std::int32_t v : triangles[t]) {
+        const PocketVertex& vertex = vertices[std::size_t(v)];
+        far[t] = far[t] || vertex.far;
+        own_only = own_only || (vertex.on_own && !vertex.on_below);
+        below_only = below_only || (vertex.on_below && !vertex.on_own);
+      }
+      kept_[t] = far[t] || !(own_only && below_only);
+    }
+    drop_parts_without(far);
+    thin_parts();
+  }
+  [[nodiscard]] const std::vector<char>& kept() const { return kept_; }
+
+private:
+  [[nodiscard]] const GridPoint& corner(std::size_t t, std::size_t i) const {
+    return points_[std::size_t(triangles_[t][i % 3])];
+  }
+  void drop_parts_without(const std::vector<char>& far) {
+    DisjointSets parts(triangles_.size());
+    for (std::size_t t = 0; t < triangles_.size(); ++t)
+      for (const std::int32_t n : neighbor_[t])
+        if (n != kNone && kept_[t] && kept_[std::size_t(n)]) parts.unite(std::int32_t(t), n);
+    std::vector<char> has(triangles_.size(), 0);
+    for (std::size_t t = 0; t < triangles_.size(); ++t)
+      if (kept_[t] && far[t]) has[std::size_t(parts.find(std::int32_t(t)))] = 1;
+    for (std::size_t t = 0; t < triangles_.size(); ++t)
+      kept_[t] = kept_[t] && has[std::size_t(parts.find(std::int32_t(t)))];
+  }
+  void thin_parts() {
+    std::vector<std::int32_t> stack, part;
+    std::vector<char> seen(triangles_.size(), 0);
+    std::vector<std::pair<std::size_t, bool>> decisions;
+    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+      if (kept_[t] || seen[t]) continue;
+      part.clear();
+      stack.assign(1, std::int32_t(t));
+      seen[t] = 1;
+      struct Cut {
+        GridPoint a, b;
+        double length;
+      };
+      std::vector<Cut> cuts;
+      while (!stack.empty()) {
+        const auto u = std::size_t(stack.back());
+        stack.pop_back();
+        part.push_back(std::int32_t(u));
+        for (std::size_t i = 0; i < 3; ++i) {
+          const std::int32_t n = neighbor_[u][i];
+          if (n == kNone) continue;
+          if (kept_[std::size_t(n)])
+            cuts.push_back({corner(u, i + 1), corner(u, i + 2), distance(corner(u, i + 1), corner(u, i + 2))});
+          else if (!seen[std::size_t(n)]) {
+            seen[std::size_t(n)] = 1;
+            stack.push_back(n);
+          }
+        }
+      }
+      if (cuts.empty()) continue;
+      // Stays if it does not reach further from its cuts than they are long: corners of more than about 50 degrees and
+      // short necks.
+      constexpr double kReach = 1.1;
+      bool stays = true;
+      for (const std::int32_t u : part) {
+        for (std::size_t i = 0; i < 3 && stays; ++i) {
+          bool near = false;
+          for (const Cut& c : cuts)
+            near = near || segment_distance(corner(std::size_t(u), i), c.a, c.b) <= kReach * c.length;
+          stays = near;
+        }
+        if (!stays) break;
+      }
+      if (stays)
+        for (const std::int32_t u : part) decisions.emplace_back(std::size_t(u), true);
+    }
+    for (const auto& [t, keep] : decisions) kept_[t] = keep;
+  }
+  const std::vector<GridPoint>& points_;
+  const std::vector<std::array<std::int32_t, 3>>& triangles_;
+  const std::vector<std::array<std::int32_t, 3>>& neighbor_;
+  std::vector<char> kept_;
+};
+
+/// `below` where `own` differs from it by less than `width` (pitches), `own` elsewhere. New vertices are simplified
+/// within `limits`; vertices and edges of `below` stay as they are.
+[[nodiscard]] inline Outline open_difference(const Outline& own, const Outline& below, std::int32_t regions,
+                                             double width, const SimplifyLimits& limits) {
+  std::vector<TaggedSegment> segments;
+  append_segments(own, 0, segments);
+  append_segments(below, regions, segments);
+  const Arrangement arrangement = snap_round(segments);
+  const PlanarTriangulation triangulation = triangulate(arrangement);
+  const ArrangementFaces faces = find_faces(arrangement, triangulation);
+  const std::size_t face_count = faces.windings.size();
+
+  // Region of each face in the own outline and in the one below.
+  std::vector<std::int32_t> own_label(face_count, kNone), below_label(face_count, kNone);
+  for (std::size_t f = 0; f < face_count; ++f)
+    for (const EdgeTag& tag : faces.windings[f]) {
+      if (tag.winding <= 0) continue;
+      std::int32_t& label = tag.tag < regions ? own_label[f] : below_label[f];
+      const std::int32_t region = tag.tag < regions ? tag.tag : tag.tag - regions;
+      if (label == kNone || region < label) label = region;
+    }
+
+  // Pockets: connected faces on which the two differ. A pocket is thin if none of its vertices is far from the other
+  // outline.
+  DisjointSets pockets(face_count);
+  const auto differs = [&](std::int32_t f) { return own_label[std::size_t(f)] != below_label[std::size_t(f)]; };
+  for (const auto& sides : faces.of_edge)
+    if (differs(sides[0]) && differs(sides[1])) pockets.unite(sides[0], sides[1]);
+  std::vector<char> wide(face_count, 0);
+  const auto is_own_edge = [&](std::size_t e) {
+    return own_label[std::size_t(faces.of_edge[e][0])] != own_label[std::size_t(faces.of_edge[e][1])];
+  };
+  const auto is_below_edge = [&](std::size_t e) {
+    return below_label[std::size_t(faces.of_edge[e][0])] != below_label[std::size_t(faces.of_edge[e][1])];
+  };
+  std::vector<char> on_own(arrangement.vertices.size(), 0), on_below(arrangement.vertices.size(), 0);
+  for (std::size_t e = 0; e < arrangement.edges.size(); ++e)
+    for (const std::int32_t v : {arrangement.edges[e].a, arrangement.edges[e].b}) {
+      if (is_own_edge(e)) on_own[std::size_t(v)] = 1;
+      if (is_below_edge(e)) on_below[std::size_t(v)] = 1;
+    }
+  const SegmentIndex own_index(own), below_index(below);
+  {
+    for (std::size_t e = 0; e < arrangement.edges.size(); ++e) {
+      for (const std::int32_t f : faces.of_edge[e]) {
+        if (!differs(f)) continue;
+        char& flag = wide[std::size_t(pockets.find(f))];
+        if (flag) continue;
+        const bool own_edge = is_own_edge(e);
+        if (own_edge == is_below_edge(e)) continue;
+        const SegmentIndex& other = own_edge ? below_index : own_index;
+        const GridPoint a = arrangement.vertices[std::size_t(arrangement.edges[e].a)],
+                        b = arrangement.vertices[std::size_t(arrangement.edges[e].b)];
+        const GridPoint m{a.x + (b.x - a.x) / 2, a.y + (b.y - a.y) / 2};
+        for (const GridPoint& p : {a, b, m})
+          if (other.distance(p, width) >= width) flag = 1;
+      }
+    }
+  }
+  const auto is_wide = [&](std::int32_t f) { return differs(f) && wide[std::size_t(pockets.find(f))]; };
+  const auto label_of = [&](std::int32_t f) {
+    return below_label[std::size_t(f)];
+  };  // for faces that are not in wide pockets
+
+  // Parents of the arrangement's edges.
+  std::unordered_map<std::uint64_t, std::int32_t> edge_index;
+  edge_index.reserve(arrangement.edges.size() * 2);
+  for (std::size_t e = 0; e < arrangement.edges.size(); ++e)
+    edge_index.emplace(edge_key(arrangement.edges[e].a, arrangement.edges[e].b), std::int32_t(e));
+  std::vector<std::int32_t> parent(arrangement.edges.size(), kNone);
+  const auto below_edges = std::int32_t(below.edges.size());
+  {
+    std::size_t segment = 0;
+    const auto walk = [&](const Outline& outline, std::int32_t first, bool override_parent) {
+      for (std::size_t e = 0; e < outline.edges.size(); ++e) {
+        const int count = (outline.edges[e].left != kNone) + (outline.edges[e].right != kNone);
+        const std::vector<std::int32_t> path = arrangement.path(segment);
+        for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+          std::int32_t& slot = parent[std::size_t(edge_index.at(edge_key(path[i], path[i + 1])))];
+          if (override_parent || slot == kNone) slot = first + std::int32_t(e);
+        }
+        segment += std::size_t(count);
+      }
+    };
+    walk(own, below_edges, false);
+    walk(below, 0, true);
+  }
+
+  // Triangulate the wide pockets, their boundaries split where they are thin.
+  std::vector<GridPoint> points = arrangement.vertices;
+  struct SubEdge {
+    std::int32_t a, b, edge;
+  };
+  std::vector<SubEdge> subs;
+  for (std::size_t e = 0; e < arrangement.edges.size(); ++e)
+    if (is_wide(faces.of_edge[e][0]) || is_wide(faces.of_edge[e][1]))
+      subs.push_back({arrangement.edges[e].a, arrangement.edges[e].b, std::int32_t(e)});
+  std::vector<OutlinePiece> pieces;
+  if (!subs.empty()) {
+    std::vector<std::int32_t> local(points.size(), kNone), global;
+    std::vector<GridPoint> local_points;
+    for (const SubEdge& s : subs)
+      for (const std::int32_t v : {s.a, s.b})
+        if (local[std::size_t(v)] == kNone) {
+          local[std::size_t(v)] = std::int32_t(global.size());
+          global.push_back(v);
+          local_points.push_back(points[std::size_t(v)]);
+        }
+    Cdt cdt;
+    std::vector<Cdt::Vertex_handle> handle = insert_points(cdt, local_points);
+    std::unordered_map<std::uint64_t, std::int32_t> sub_of;
+    sub_of.reserve(subs.size() * 4);
+    std::vector<std::int32_t> queue;
+    for (std::size_t s = 0; s < subs.size(); ++s) {
+      subs[s].a = local[std::size_t(subs[s].a)];
+      subs[s].b = local[std::size_t(subs[s].b)];
+      insert_edge(cdt, handle[std::size_t(subs[s].a)], handle[std::size_t(subs[s].b)], Stage::Harmonize);
+      sub_of[edge_key(subs[s].a, subs[s].b)] = std::int32_t(s);
+      queue.push_back(std::int32_t(s));
+    }
+    // Split what is longer than half the width and has a vertex of the pocket in its diametral disc.
+    while (!queue.empty()) {
+      const std::int32_t s = queue.back();
+      queue.pop_back();
+      const SubEdge sub = subs[std::size_t(s)];
+      const GridPoint a = local_points[std::size_t(sub.a)], b = local_points[std::size_t(sub.b)];
+      if (distance(a, b) <= width / 2) continue;
+      Cdt::Face_handle f;
+      int i = 0;
+      if (!cdt.is_edge(handle[std::size_t(sub.a)], handle[std::size_t(sub.b)], f, i))
+        throw GeometryError(Stage::Harmonize, -1, -1, "an edge is missing; this is a defect of slice2mesh");
+      bool encroached = false;
+      for (int side = 0; side < 2; ++side) {
+        // f lies on the left of (ccw(i), cw(i)).
+        const bool left = f->vertex(Cdt::ccw(i))->info() == sub.a;
+        // Edges run from the smaller to the larger vertex, and so do their pieces.
+        const std::int32_t face = faces.of_edge[std::size_t(sub.edge)][left ? 0 : 1];
+        if (is_wide(face) && !cdt.is_infinite(f))
+          encroached = encroached || in_diametral_disc(a, b, local_points[std::size_t(f->vertex(i)->info())]);
+        const int j = cdt.mirror_index(f, i);
+        f = f->neighbor(i);
+        i = j;
+      }
+      if (!encroached) continue;
+      const GridPoint m{a.x + (b.x - a.x) / 2, a.y + (b.y - a.y) / 2};
+      cdt.remove_constrained_edge(f, i);
+      const Cdt::Vertex_handle v = cdt.insert(to_cdt_point(m), f);
+      v->info() = std::int32_t(local_points.size());
+      handle.push_back(v);
+      local_points.push_back(m);
+      global.push_back(std::int32_t(points.size()));
+      points.push_back(m);
+      insert_edge(cdt, handle[std::size_t(sub.a)], v, Stage::Harmonize);
+      insert_edge(cdt, v, handle[std::size_t(sub.b)], Stage::Harmonize);
+      sub_of.erase(edge_key(sub.a, sub.b));
+      const auto t = std::int32_t(subs.size());
+      subs[std::size_t(s)].b = v->info();
+      subs.push_back({v->info(), sub.b, sub.edge});
+      sub_of[edge_key(sub.a, v->info())] = s;
+      sub_of[edge_key(v->info(), sub.b)] = t;
+      queue.push_back(s);
+      queue.push_back(t);
+      Cdt::Face_circulator circulator = cdt.incident_faces(v), begin = circulator;
+      do {
+        const int k = circulator->index(v);
+        if (circulator->is_constrained(k) && !cdt.is_infinite(circulator)) {
+          const auto it =
+              sub_of.find(edge_key(circulator->vertex(Cdt::ccw(k))->info(), circulator->vertex(Cdt::cw(k))->info()));
+          if (it != sub_of.end()) queue.push_back(it->second);
+        }
+      } while (++circulator != begin);
+    }
+    // Triangles inside of wide pockets.
+    for (const Cdt::Face_handle f : cdt.all_face_handles()) f->info() = kNone;
+    std::vector<std::array<std::int32_t, 3>> triangles, neighbor;
+    std::vector<std::int32_t> triangle_face;
+    std::vector<Cdt::Face_handle> stack, order;
+    const auto put = [&](Cdt::Face_handle f, std::int32_t face) {
+      if (f->info() != kNone || cdt.is_infinite(f)) return;
+      f->info() = std::int32_t(triangles.size());
+      triangles.push_back({f->vertex(0)->info(), f->vertex(1)->info(), f->vertex(2)->info()});
+      triangle_face.push_back(face);
+      stack.push_back(f);
+      order.push_back(f);
+    };
+    for (const SubEdge& sub : subs) {
+      Cdt::Face_handle f;
+      int i = 0;
+      if (!cdt.is_edge(handle[std::size_t(sub.a)], handle[std::size_t(sub.b)], f, i))
+        throw GeometryError(Stage::Harmonize, -1, -1, "an edge is missing; this is a defect of slice2mesh");
+      for (int side = 0; side < 2; ++side) {
+        const bool left = f->vertex(Cdt::ccw(i))->info() == sub.a;
+        const std::int32_t face = faces.of_edge[std::size_t(sub.edge)][left ? 0 : 1];
+        if (is_wide(face)) put(f, face);
+        const int j = cdt.mirror_index(f, i);
+        f = f->neighbor(i);
+        i = j;
+      }
+      while (!stack.empty()) {
+        const Cdt::Face_handle g = stack.back();
+        stack.pop_back();
+        for (int k = 0; k < 3; ++k)
+          if (!g->is_constrained(k)) put(g->neighbor(k), triangle_face[std::size_t(g->info())]);
+      }
+    }
+    neighbor.assign(triangles.size(), {kNone, kNone, kNone});
+    for (std::size_t t = 0; t < order.size(); ++t)
+      for (int k = 0; k < 3; ++k) {
+        const std::int32_t n = order[t]->neighbor(k)->info();
+        // Across an edge between two differing faces of the same pocket the pocket goes on.
+        if (n == kNone) continue;
+        if (!order[t]->is_constrained(k) ||
+            pockets.find(triangle_face[std::size_t(n)]) == pockets.find(triangle_face[t]))
+          neighbor[t][std::size_t(k)] = n;
+      }
+    std::vector<PocketVertex> vertices(local_points.size());
+    for (std::size_t v = 0; v < vertices.size(); ++v) {
+      if (std::size_t(global[v]) < arrangement.vertices.size()) {
+        vertices[v].on_own = on_own[std::size_t(global[v])];
+        vertices[v].on_below = on_below[std::size_t(global[v])];
+      }
+    }
+    for (const SubEdge& sub : subs)
+      for (const std::int32_t v : {sub.a, sub.b})
+        if (std::size_t(global[std::size_t(v)]) >= arrangement.vertices.size()) {
+          vertices[std::size_t(v)].on_own = is_own_edge(std::size_t(sub.edge));
+          vertices[std::size_t(v)].on_below = is_below_edge(std::size_t(sub.edge));
+        }
+    for (std::size_t v = 0; v < vertices.size(); ++v)
+      if (vertices[v].on_own != vertices[v].on_below)
+        vertices[v].far = (vertices[v].on_own ? below_index : own_index).distance(local_points[v], width) >= width;
+    const PocketSelection selection(local_points, vertices, triangles, neighbor);
+    const auto triangle_label = [&](std::int32_t t) {
+      const std::int32_t f = triangle_face[std::size_t(t)];
+      return selection.kept()[std::size_t(t)] ? own_label[std::size_t(f)] : below_label[std::size_t(f)];
+    };
+    // Pieces of the new outline: along the pockets' boundaries, and cuts across them.
+    for (const SubEdge& sub : subs) {
+      Cdt::Face_handle f;
+      int i = 0;
+      cdt.is_edge(handle[std::size_t(sub.a)], handle[std::size_t(sub.b)], f, i);
+      std::int32_t label[2] = {kNone, kNone};
+      for (int side = 0; side < 2; ++side) {
+        const bool left = f->vertex(Cdt::ccw(i))->info() == sub.a;
+        const std::int32_t face = faces.of_edge[std::size_t(sub.edge)][left ? 0 : 1];
+        label[left ? 0 : 1] = is_wide(face) ? triangle_label(f->info()) : label_of(face);
+        const int j = cdt.mirror_index(f, i);
+        f = f->neighbor(i);
+        i = j;
+      }
+      if (label[0] != label[1])
+        pieces.push_back({global[std::size_t(sub.a)], global[std::size_t(sub.b)], label[0], label[1],
+                          parent[std::size_t(sub.edge)]});
+    }
+    for (std::size_t t = 0; t < order.size(); ++t)
+      for (int k = 0; k < 3; ++k) {
+        const std::int32_t n = order[t]->neighbor(k)->info();
+        if (n == kNone || std::size_t(n) < t || order[t]->is_constrained(k)) continue;
+        const std::int32_t left = triangle_label(std::int32_t(t)), right = triangle_label(n);
+        if (left != right)
+          pieces.push_back({global[std::size_t(order[t]->vertex(Cdt::ccw(k))->info())],
+                            global[std::size_t(order[t]->vertex(Cdt::cw(k))->info())], left, right, kNone});
+      }
+  }
+  for (std::size_t e = 0; e < arrangement.edges.size(); ++e) {
+    const auto& sides = faces.of_edge[e];
+    if (is_wide(sides[0]) || is_wide(sides[1])) continue;
+    const std::int32_t left = label_of(sides[0]), right = label_of(sides[1]);
+    if (left != right) pieces.push_back({arrangement.edges[e].a, arrangement.edges[e].b, left, right, parent[e]});
+  }
+
+  Outline outline;
+  outline.vertices = std::move(points);
+  std::vector<char> fixed(outline.vertices.size(), 0);
+  for (const OutlinePiece& p : join_pieces(pieces, outline.vertices.size())) {
+    outline.edges.push_back({p.a, p.b, p.left, p.right});
+    if (p.parent != kNone && p.parent < below_edges) fixed[std::size_t(p.a)] = fixed[std::size_t(p.b)] = 1;
+  }
+  simplify(outline, fixed, limits);
+  normalize(outline);
+  return outline;
+}
+
+}  // namespace slice2mesh::detail

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: MIT
+/// @file
+/// @brief From slices to regions: thickened lines and contours of each slab, united exactly.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "slice2mesh/arrange/outline.hpp"
+#include "slice2mesh/core/diagnostics.hpp"
+#include "slice2mesh/core/error.hpp"
+#include "slice2mesh/core/grid.hpp"
+#include "slice2mesh/core/progress.hpp"
+#include "slice2mesh/core/slice_stack.hpp"
+#include "slice2mesh/pipeline/options.hpp"
+#include "slice2mesh/regions/slabs.hpp"
+#include "slice2mesh/regions/thicken.hpp"
+#include "slice2mesh/triangulate/planar.hpp"
+
+namespace slice2mesh {
+
+/// The regions of every slab, on the grid.
+struct LayerRegions {
+  Grid grid;
+  std::vector<Slab> slabs;                         ///< #S, lowest first; each has some area
+  std::vector<Outline> outlines;                   ///< #S
+  std::vector<Region> regions;                     ///< #R
+  ZConvention z_convention = ZConvention::Bottom;  ///< as chosen
+  double thickness = 0;                            ///< median of the slabs, mm
+};
+
+/// A grid for everything between two corners (mm): 2^37 pitches across the larger side, or as fine as coordinates of
+/// this distance from the origin allow in double (2^-52 of it). Precondition: finite corners. Errors: GeometryError
+/// where the extent is zero or above 1e150.
+[[nodiscard]] inline Grid make_grid(Point2 low, Point2 high) {
+  const double extent = std::max(high.x - low.x, high.y - low.y);
+  const double reach = std::max({std::fabs(low.x), std::fabs(low.y), std::fabs(high.x), std::fabs(high.y)});
+  constexpr double kLargest = 1e150;  // mm; squares of larger numbers would not be finite
+  if (!(extent > 0) || !(reach < kLargest))
+    throw GeometryError(Stage::Regions, -1, -1, "the slices have no extent in the plane, or no finite one");
+  int extent_exponent = 0, reach_exponent = 0;
+  std::frexp(extent, &extent_exponent);
+  std::frexp(reach, &reach_exponent);
+  Grid grid;
+  grid.pitch = std::ldexp(1.0, std::max(extent_exponent - 37, reach_exponent - 52));
+  grid.origin_x = static_cast<std::int64_t>(std::floor((low.x + high.x) / 2 / grid.pitch));
+  grid.origin_y = static_cast<std::int64_t>(std::floor((low.y + high.y) / 2 / grid.pitch));
+  return grid;
+}
+
+/// The grid point nearest to a point (mm).
+[[nodiscard]] inline GridPoint to_grid(const Grid& grid, const Point2& p) {
+  return {static_cast<std::int64_t>(std::floor(p.x / grid.pitch + 0.5)) - grid.origin_x,
+          static_cast<std::int64_t>(std::floor(p.y / grid.pitch + 0.5)) - grid.origin_y};
+}
+
+namespace detail {
+
+/// What a closed loop means for the union of a slab.
+struct Loop {
+  std::int32_t region = 0;
+  bool inner = false;
+};
+
+/// The region of a face: the first one whose outer loops outnumber its inner ones there. Each loop counts once, however
+/// often it winds: a loop that crosses itself bounds all that it surrounds.
+inline std::int32_t region_of(const WindingState& state, const std::vector<Loop>& loops,
+                              std::vector<std::int32_t>& balance, bool& overlap) {
+  std::int32_t best = kNone;
+  for (const EdgeTag& tag : state) {
+    const Loop& loop = loops[static_cast<std::size_t>(tag.tag)];
+    balance[static_cast<std::size_t>(loop.region)] += loop.inner ? -1 : 1;
+  }
+  for (const EdgeTag& tag : state) {
+    const std::int32_t region = loops[static_cast<std::size_t>(tag.tag)].region;
+    if (balance[static_cast<std::size_t>(region)] <= 0) continue;
+    if (best != kNone && best != region) overlap = true;
+    if (best == kNone || region < best) best = region;
+  }
+  for (const EdgeTag& tag : state)
+    balance[static_cast<std::size_t>(loops[static_cast<std::size_t>(tag.tag)].region)] = 0;
+  return best;
+}
+
+/// The outline between faces that have different labels.
+inline Outline outline_of(const Arrangement& arrangement, const ArrangementFaces& faces,
+                          const std::vector<std::int32_t>& label) {
+  Outline outline;
+  outline.vertices = arrangement.vertices;
+  for (std::size_t e = 0; e < arrangement.edges.size(); ++e) {
+    const std::int32_t left = label[static_cast<std::size_t>(faces.of_edge[e][0])];
+    const std::int32_t right = label[static_cast<std::size_t>(faces.of_edge[e][1])];
+    if (left != right) outline.edges.push_back({arrangement.edges[e].a, arrangement.edges[e].b, left, right});
+  }
+  normalize(outline);
+  return outline;
+}
+
+/// Unites the loops of one slab.
+inline Outline unite(const std::vector<TaggedSegment>& segments, const std::vector<Loop>& loops, std::size_t regions,
+                     std::int64_t layer, Diagnostics& diagnostics) {
+  const Arrangement arrangement = snap_round(segments);
+  const PlanarTriangulation triangulation = triangulate(arrangement);
+  if (triangulation.triangles.empty()) return {};
+  const ArrangementFaces faces = find_faces(arrangement, triangulation);
+  std::vector<std::int32_t> label(faces.windings.size(), kNone), balance(regions, 0);
+  bool overlap = false;
+  for (std::size_t f = 0; f < label.size(); ++f) label[f] = region_of(faces.windings[f], loops, balance, overlap);
+  if (overlap)
+    diagnostics.add(Severity::Repair, Stage::Regions, "regions_overlap",
+                    "regions overlap; the object goes before supports, lower part ids before higher ones", layer);
+  return outline_of(arrangement, faces, label);
+}
+
+}  // namespace detail
+
+/// The regions of all slabs: open lines thickened, all loops united.
+///
+/// The union is taken in exact integer arithmetic by snap rounding, after each input point has been rounded once to the
+/// grid; loops may cross themselves and each other, coincide, or have no area. An inner loop cuts from the outer loops
+/// of its own part id. Where regions overlap, the object goes before supports and lower part ids before higher ones.
+/// Slabs without any area are dropped (diagnostic `empty_slab`).
+/// Errors: GeometryError where nothing is left. Cost: O(n log n) per slab.
+[[nodiscard]] inline LayerRegions build_regions(const SliceStack& stack, const SlabPlan& plan,
+                                                const ThickenOptions& thicken_options, Diagnostics& diagnostics,
+                                                const Progress& progress = {}) {
+  LayerRegions result;
+  result.z_convention = plan.convention;
+  result.thickness = plan.thickness;
+  const double radius = thicken_options.radius.in_mm(plan.thickness);
+  if (!(radius >= 0) || !std::isfinite(radius))
+    throw OptionError("supports.radius", "must be a finite length, 0 or more");
+
+  // Regions: objects by part id, then supports by part id.
+  std::map<std::pair<int, std::int32_t>, std::int32_t> region_index;
+  std::uint64_t left_out = 0;
+  for (const Slab& slab : plan.slabs)
+    for (const Polyline& line : stack.layers[static_cast<std::size_t>(slab.slice)].polylines) {
+      const bool open = line.direction == Direction::Open;
+      if (open && radius == 0) {
+        ++left_out;
+        continue;
+      }
+      region_index[{open ? 1 : 0, line.part}] = 0;
+    }
+  if (left_out > 0)
+    diagnostics.add(Severity::Note, Stage::Regions, "supports_left_out",
+                    "open lines are left out, since no support radius is given", -1, -1, left_out);
+  for (auto& [key, index] : region_index) {
+    index = static_cast<std::int32_t>(result.regions.size());
+    Region region;
+    region.part = key.second;
+    region.kind = key.first == 0 ? RegionKind::Part : RegionKind::Support;
+    const auto label = stack.labels.find(key.second);
+    const bool has_label = label != stack.labels.end() && !label->second.empty();
+    region.name = has_label ? label->second + (key.first == 0 ? "" : "_support")
+                            : (key.first == 0 ? "part_" : "support_") + std::to_string(key.second);
+    result.regions.push_back(region);
+  }
+
+  // All loops in mm, then one grid for them.
+  struct SlabLoops {
+    std::vector<std::vector<Point2>> points;
+    std::vector<detail::Loop> loops;
+  };
+  std::vector<SlabLoops> all(plan.slabs.size());
+  Point2 low{HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL};
+  for (std::size_t s = 0; s < plan.slabs.size(); ++s) {
+    const std::int32_t slice = plan.slabs[s].slice;
+    const std::vector<Polyline>& polylines = stack.layers[static_cast<std::size_t>(slice)].polylines;
+    for (std::size_t k = 0; k < polylines.size(); ++k) {
+      const Polyline& line = polylines[k];
+      const bool open = line.direction == Direction::Open;
+      if (open && radius == 0) continue;
+      std::vector<Point2> points;
+      points.reserve(line.points.size());
+      for (const Point2& p : line.points) {
+        points.push_back({p.x * stack.unit, p.y * stack.unit});
+        if (!std::isfinite(points.back().x) || !std::isfinite(points.back().y))
+          throw GeometryError(Stage::Regions, slice, static_cast<std::int64_t>(k), "a coordinate is not finite");
+      }
+      if (points.empty()) continue;
+      const detail::Loop loop{region_index[{open ? 1 : 0, line.part}], line.direction == Direction::Inner};
+      std::vector<std::vector<Point2>> loops;
+      if (open)
+        loops = thicken(points, radius, thicken_options);
+      else
+        loops.push_back(std::move(points));
+      for (std::vector<Point2>& l : loops) {
+        for (const Point2& p : l) {
+          low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+          high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+        }
+        all[s].points.push_back(std::move(l));
+        all[s].loops.push_back(loop);
+      }
+    }
+  }
+  if (!(low.x <= high.x))
+    throw GeometryError(Stage::Regions, -1, -1, "no contour, and no open line with a support radius");
+  result.grid = make_grid(low, high);
+
+  for (std::size_t s = 0; s < plan.slabs.size(); ++s) {
+    report(progress, Stage::Regions, double(s) / double(plan.slabs.size()));
+    std::vector<TaggedSegment> segments;
+    std::vector<GridPoint> loop;
+    for (std::size_t l = 0; l < all[s].points.size(); ++l) {
+      loop.clear();
+      for (const Point2& p : all[s].points[l]) loop.push_back(to_grid(result.grid, p));
+      for (std::size_t i = 0; i < loop.size(); ++i)
+        segments.push_back({loop[i], loop[(i + 1) % loop.size()], static_cast<std::int32_t>(l)});
+    }
+    Outline outline = detail::unite(segments, all[s].loops, result.regions.size(), plan.slabs[s].slice, diagnostics);
+    all[s] = {};
+    if (outline.empty()) {
+      diagnostics.add(Severity::Warning, Stage::Regions, "empty_slab", "the slice has no area; its slab is left out",
+                      plan.slabs[s].slice);
+      continue;
+    }
+    result.slabs.push_back(plan.slabs[s]);
+    result.outlines.push_back(std::move(outline));
+  }
+  report(progress, Stage::Regions, 1);
+  if (result.slabs.empty()) throw GeometryError(Stage::Regions, -1, -1, "no slice has any area");
+  return result;
+}
+
+}  // namespace slice2mesh

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: MIT
+/// @file
+/// @brief The constrained Delaunay triangulation of an arrangement, as index arrays, and its faces.
+#pragma once
+
+#include <CGAL/Constrained_Delaunay_triangulation_2.h>
+#include <CGAL/Constrained_triangulation_face_base_2.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Spatial_sort_traits_adapter_2.h>
+#include <CGAL/Triangulation_face_base_with_info_2.h>
+#include <CGAL/Triangulation_vertex_base_with_info_2.h>
+#include <CGAL/property_map.h>
+#include <CGAL/spatial_sort.h>
+
+#include <array>
+#include <cstdint>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "slice2mesh/arrange/snap_rounding.hpp"
+#include "slice2mesh/core/error.hpp"
+#include "slice2mesh/core/slab.hpp"
+
+namespace slice2mesh {
+
+/// A triangulation of the convex hull of an arrangement's vertices that holds all of its edges. Indices only.
+struct PlanarTriangulation {
+  std::vector<std::array<std::int32_t, 3>> triangles;  ///< #T by 3, counter-clockwise
+  std::vector<std::array<std::int32_t, 3>> neighbors;  ///< #T by 3, across the edge opposite to a vertex; kNone outside
+  std::vector<std::array<std::int32_t, 3>> edges;      ///< #T by 3, arrangement edge opposite to a vertex, or kNone
+};
+
+namespace detail {
+
+using CdtKernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using CdtPoint = CdtKernel::Point_2;
+using CdtVertexBase = CGAL::Triangulation_vertex_base_with_info_2<std::int32_t, CdtKernel>;
+using CdtFaceBase = CGAL::Triangulation_face_base_with_info_2<std::int32_t, CdtKernel,
+                                                              CGAL::Constrained_triangulation_face_base_2<CdtKernel>>;
+using Cdt = CGAL::Constrained_Delaunay_triangulation_2<CdtKernel,
+                                                       CGAL::Triangulation_data_structure_2<CdtVertexBase, CdtFaceBase>,
+                                                       CGAL::No_constraint_intersection_requiring_constructions_tag>;
+
+/// Grid coordinates are integers below 2^38: exact in double, and so are the kernel's predicates on them.
+[[nodiscard]] inline CdtPoint to_cdt_point(const GridPoint& p) {
+  return {static_cast<double>(p.x), static_cast<double>(p.y)};
+}
+
+/// Inserts the points in a spatially coherent order. The vertex with info i stands at points[i].
+inline std::vector<Cdt::Vertex_handle> insert_points(Cdt& cdt, const std::vector<GridPoint>& points) {
+  std::vector<CdtPoint> coordinates;
+  coordinates.reserve(points.size());
+  for (const GridPoint& p : points) coordinates.push_back(to_cdt_point(p));
+  std::vector<std::size_t> order(points.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  using Traits = CGAL::Spatial_sort_traits_adapter_2<CdtKernel, CGAL::Pointer_property_map<CdtPoint>::const_type>;
+  CGAL::hilbert_sort(order.begin(), order.end(), Traits(CGAL::make_property_map(std::as_const(coordinates))));
+  std::vector<Cdt::Vertex_handle> handles(points.size());
+  Cdt::Face_handle hint;
+  for (const std::size_t i : order) {
+    handles[i] = cdt.insert(coordinates[i], hint);
+    handles[i]->info() = static_cast<std::int32_t>(i);
+    hint = handles[i]->face();
+  }
+  return handles;
+}
+
+inline void insert_edge(Cdt& cdt, Cdt::Vertex_handle a, Cdt::Vertex_handle b, Stage stage) {
+  try {
+    cdt.insert_constraint(a, b);
+  } catch (const Cdt::Intersection_of_constraints_exception&) {
+    throw GeometryError(stage, -1, -1, "edges of an arrangement cross; this is a defect of slice2mesh");
+  }
+}
+
+}  // namespace detail
+
+/// The constrained Delaunay triangulation of an arrangement. Empty if all vertices lie on one line.
+/// Cost: O(n log n).
+[[nodiscard]] inline PlanarTriangulation triangulate(const Arrangement& arrangement) {
+  using detail::Cdt;
+  PlanarTriangulation result;
+  Cdt cdt;
+  const std::vector<Cdt::Vertex_handle> handles = detail::insert_points(cdt, arrangement.vertices);
+  for (const Arrangement::Edge& e : arrangement.edges)
+    detail::insert_edge(cdt, handles[static_cast<std::size_t>(e.a)], handles[static_cast<std::size_t>(e.b)],
+                        Stage::Triangulate);
+  if (cdt.dimension() < 2) return result;
+  std::int32_t count = 0;
+  for (const Cdt::Face_handle f : cdt.all_face_handles()) f->info() = cdt.is_infinite(f) ? kNone : count++;
+  result.triangles.resize(static_cast<std::size_t>(count));
+  result.neighbors.resize(static_cast<std::size_t>(count));
+  result.edges.assign(static_cast<std::size_t>(count), {kNone, kNone, kNone});
+  for (const Cdt::Face_handle f : cdt.finite_face_handles()) {
+    const auto t = static_cast<std::size_t>(f->info());
+    for (int i = 0; i < 3; ++i) {
+      result.triangles[t][static_cast<std::size_t>(i)] = f->vertex(i)->info();
+      result.neighbors[t][static_cast<std::size_t>(i)] = f->neighbor(i)->info();
+    }
+  }
+  for (std::size_t e = 0; e < arrangement.edges.size(); ++e) {
+    Cdt::Face_handle f;
+    int i = 0;
+    const auto a = handles[static_cast<std::size_t>(arrangement.edges[e].a)];
+    const auto b = handles[static_cast<std::size_t>(arrangement.edges[e].b)];
+    if (!cdt.is_edge(a, b, f, i))
+      throw GeometryError(Stage::Triangulate, -1, -1,
+                          "a vertex lies on an edge of an arrangement; this is a defect of slice2mesh");
+    const Cdt::Face_handle g = f->neighbor(i);
+    if (!cdt.is_infinite(f)) result.edges[static_cast<std::size_t>(f->info())][static_cast<std::size_t>(i)] = int(e);
+    if (!cdt.is_infinite(g))
+      result.edges[static_cast<std::size_t>(g->info())][static_cast<std::size_t>(cdt.mirror_index(f, i))] = int(e);
+  }
+  return result;
+}
+
+/// Winding numbers that are not zero, by tag, sorted by tag.
+using WindingState = std::vector<EdgeTag>;
+
+/// The faces of an arrangement: the connected parts of the plane without its edges.
+struct ArrangementFaces {
+  std::vector<std::int32_t> of_triangle;             ///< #T, face of each triangle
+  std::vector<WindingState> windings;                ///< #F; face 0 is the outer one, with no winding
+  std::vector<std::array<std::int32_t, 2>> of_edge;  ///< #E by 2: face on the left and on the right of a -> b
+};
+
+/// Faces and winding numbers by flooding from outside: crossing an edge from right to left adds its winding.
+/// Cost: linear in the triangles plus the sizes of the winding states.
+[[nodiscard]] inline ArrangementFaces find_faces(const Arrangement& arrangement,
+                                                 const PlanarTriangulation& triangulation) {
+  ArrangementFaces faces;
+  const std::size_t count = triangulation.triangles.size();
+  faces.of_triangle.assign(count, kNone);
+  faces.of_edge.assign(arrangement.edges.size(), {0, 0});
+  std::int32_t face_count = 1;
+  std::vector<std::int32_t> stack;
+  // Triangles that reach the outside of the hull without crossing an edge belong to face 0.
+  const auto flood = [&](std::int32_t face) {
+    while (!stack.empty()) {
+      const auto t = static_cast<std::size_t>(stack.back());
+      stack.pop_back();
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::int32_t n = triangulation.neighbors[t][i];
+        if (n == kNone || triangulation.edges[t][i] != kNone || faces.of_triangle[static_cast<std::size_t>(n)] != kNone)
+          continue;
+        faces.of_triangle[static_cast<std::size_t>(n)] = face;
+        stack.push_back(n);
+      }
+    }
+  };
+  for (std::size_t t = 0; t < count; ++t)
+    for (std::size_t i = 0; i < 3; ++i)
+      if (faces.of_triangle[t] == kNone && triangulation.neighbors[t][i] == kNone &&
+          triangulation.edges[t][i] == kNone) {
+        faces.of_triangle[t] = 0;
+        stack.push_back(static_cast<std::int32_t>(t));
+      }
+  flood(0);
+  for (std::size_t t = 0; t < count; ++t) {
+    if (faces.of_triangle[t] != kNone) continue;
+    faces.of_triangle[t] = face_count;
+    stack.push_back(static_cast<std::int32_t>(t));
+    flood(face_count++);
+  }
+  for (std::size_t t = 0; t < count; ++t) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::int32_t e = triangulation.edges[t][i];
+      if (e == kNone) continue;
+      const std::int32_t from = triangulation.triangles[t][(i + 1) % 3];
+      const std::size_t side = arrangement.edges[static_cast<std::size_t>(e)].a == from ? 0 : 1;
+      faces.of_edge[static_cast<std::size_t>(e)][side] = faces.of_triangle[t];
+    }
+  }
+  // Winding states over the graph of faces.
+  std::vector<std::vector<std::int32_t>> edges_of_face(static_cast<std::size_t>(face_count));
+  for (std::size_t e = 0; e < faces.of_edge.size(); ++e) {
+    if (faces.of_edge[e][0] == faces.of_edge[e][1]) continue;
+    for (const std::int32_t f : faces.of_edge[e]) edges_of_face[static_cast<std::size_t>(f)].push_back(int(e));
+  }
+  faces.windings.resize(static_cast<std::size_t>(face_count));
+  std::vector<char> known(static_cast<std::size_t>(face_count), 0);
+  known[0] = 1;
+  stack.push_back(0);
+  while (!stack.empty()) {
+    const std::int32_t face = stack.back();
+    stack.pop_back();
+    for (const std::int32_t e : edges_of_face[static_cast<std::size_t>(face)]) {
+      const auto& sides = faces.of_edge[static_cast<std::size_t>(e)];
+      const bool to_left = sides[1] == face;
+      const std::int32_t other = to_left ? sides[0] : sides[1];
+      if (known[static_cast<std::size_t>(other)]) continue;
+      known[static_cast<std::size_t>(other)] = 1;
+      stack.push_back(other);
+      const WindingState& from = faces.windings[static_cast<std::size_t>(face)];
+      WindingState to;
+      std::size_t i = 0;
+      auto j = arrangement.edges[static_cast<std::size_t>(e)].first_tag;
+      const auto end = arrangement.edges[static_cast<std::size_t>(e)].last_tag;
+      while (i < from.size() || j < end) {
+        const EdgeTag* step = j < end ? &arrangement.tags[static_cast<std::size_t>(j)] : nullptr;
+        if (step == nullptr || (i < from.size() && from[i].tag < step->tag)) {
+          to.push_back(from[i++]);
+          continue;
+        }
+        EdgeTag sum{step->tag, to_left ? step->winding : -step->winding};
+        if (i < from.size() && from[i].tag == step->tag) sum.winding += from[i++].winding;
+        if (sum.winding != 0) to.push_back(sum);
+        ++j;
+      }
+      faces.windings[static_cast<std::size_t>(other)] = std::move(to);
+    }
+  }
+  return faces;
+}
+
+}  // namespace slice2mesh
