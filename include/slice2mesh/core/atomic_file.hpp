@@ -68,8 +68,10 @@ public:
   /// Flush, close, check, rename. Throws FileError (and leaves no partial file) when anything was not written.
   void commit() {
     if (done_) return;
-    errno = 0;
-    if (stream_) stream_.flush();
+    if (stream_) {  // else errno may still say why an earlier write failed
+      errno = 0;
+      stream_.flush();
+    }
     bool good = static_cast<bool>(stream_);
     std::string reason = good ? std::string() : last_error("cannot be written");
     stream_.close();

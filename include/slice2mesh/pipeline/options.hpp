@@ -33,6 +33,7 @@ struct SlabOptions {
   std::int32_t lump = 1;  ///< bundles of so many slices become one slab, >= 1; the middle slice stands for the bundle
   double lump_thickness = 0;    ///< mm; if > 0, slices are bundled up to this thickness instead of by number
   bool with_open_lines = true;  ///< a slice that has only open lines counts as filled
+  double thickness = 0;         ///< mm, of a stack of one slice; 0: taken from its z
 };
 
 enum class LineCap : std::uint8_t { Round, Square, Flat };
