@@ -82,7 +82,15 @@ int print_info(const std::string& path, const slice2mesh::CliReadOptions& read, 
   print_line(stdout, "unit", short_text(stack.unit) + " mm");
   if (stack.z_unit != stack.unit) print_line(stdout, "unit of z", short_text(stack.z_unit) + " mm");
   print_contents(stack);
-  (void)slabs;
+  // A file whose slices make no slabs is still worth looking at.
+  try {
+    const slice2mesh::SlabPlan plan = slice2mesh::make_slabs(stack, slabs, diagnostics);
+    print_line(stdout, "z convention", to_string(plan.convention));
+    print_line(stdout, "slabs", std::to_string(plan.slabs.size()));
+    print_line(stdout, "thickness", short_text(plan.thickness) + " mm (median)");
+  } catch (const slice2mesh::GeometryError& error) {
+    print_line(stdout, "slabs", std::string("none (") + error.what() + ")");
+  }
   print_diagnostics(stdout, "", diagnostics);
   return kExitOk;
 }
