@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+/// @file
+/// @brief Interface planes: the contour of the slab below, lifted, over the contour of the slab above.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "slice2mesh/arrange/outline.hpp"
+#include "slice2mesh/arrange/snap_rounding.hpp"
+#include "slice2mesh/core/plc.hpp"
+#include "slice2mesh/harmonize/harmonize.hpp"
+#include "slice2mesh/triangulate/planar.hpp"
+
+namespace slice2mesh {
+
+/// One plane with the overlay of both contours. This is the paper's lifting data (Algorithm 1): `below_image[v]` is where vertex v of
+/// the slab below comes to lie, `below_path[e]` are the splits of its edge e at the slab's top; `above_*` the same for the
+/// slab above and its bottom.
+struct InterfacePlane {
+  double z = 0;                     ///< mm
+  std::int32_t slab_below = kNone;
+  std::int32_t slab_above = kNone;
+  Arrangement overlay;              ///< vertices and edges of both contours
+  std::vector<std::array<Side, 2>> left;   ///< #E by 2: cell below and cell above the face on the left of edge a -> b
+  std::vector<std::array<Side, 2>> right;  ///< #E by 2: the same on the right
+  std::vector<std::int32_t> below_image;   ///< #V of the outline below: vertex of the overlay
+  std::vector<std::int32_t> above_image;
+  std::vector<std::vector<std::int32_t>> below_path;  ///< #E of the outline below: vertices of the overlay from a to b
+  std::vector<std::vector<std::int32_t>> above_path;
+};
+
+/// What a face with these cells below and above is; `Wall` stands for neither (no facet).
+[[nodiscard]] constexpr FacetLabel classify(const Side& below, const Side& above) noexcept {
+  if (below.slab == kNone) return above.slab == kNone ? FacetLabel::Wall : FacetLabel::Down;
+  return above.slab == kNone ? FacetLabel::Up : FacetLabel::Interface;
+}
+
+/// The planes of a stack of slabs, lowest first: N + 1 where all slabs touch, two for each gap.
+/// `slab_planes` gets the bottom and top plane of each slab.
+[[nodiscard]] inline std::vector<std::pair<std::int32_t, std::int32_t>> plane_slabs(
+    const std::vector<Slab>& slabs, std::vector<std::array<std::int32_t, 2>>& slab_planes) {
+  std::vector<std::pair<std::int32_t, std::int32_t>> planes;  // slab below, slab above
+  slab_planes.assign(slabs.size(), {kNone, kNone});
+  for (std::size_t s = 0; s < slabs.size(); ++s) {
+    const auto i = static_cast<std::int32_t>(s);
+    if (s > 0 && slabs[s - 1].z_high == slabs[s].z_low) planes.back().second = i;
+    else planes.emplace_back(kNone, i);
+    slab_planes[s][0] = static_cast<std::int32_t>(planes.size()) - 1;
+    planes.emplace_back(i, kNone);
+    slab_planes[s][1] = static_cast<std::int32_t>(planes.size()) - 1;
+  }
+  return planes;
+}
+
+/// The overlay of one plane. A pure function of the two contours. Cost: O(n log n).
+[[nodiscard]] inline InterfacePlane lift(const Contours& contours, std::int32_t slab_below, std::int32_t slab_above) {
+  InterfacePlane plane;
+  plane.slab_below = slab_below;
+  plane.slab_above = slab_above;
+  plane.z = slab_below != kNone ? contours.slabs[static_cast<std::size_t>(slab_below)].z_high
+                                : contours.slabs[static_cast<std::size_t>(slab_above)].z_low;
+  const auto regions = static_cast<std::int32_t>(contours.regions.size());
+  static const Outline nothing;
+  const Outline& below = slab_below != kNone ? contours.outlines[static_cast<std::size_t>(slab_below)] : nothing;
+  const Outline& above = slab_above != kNone ? contours.outlines[static_cast<std::size_t>(slab_above)] : nothing;
+  std::vector<TaggedSegment> segments;
+  detail::append_segments(below, 0, segments);
+  detail::append_segments(above, regions, segments);
+  plane.overlay = snap_round(segments);
+  const PlanarTriangulation triangulation = triangulate(plane.overlay);
+  const ArrangementFaces faces = find_faces(plane.overlay, triangulation);
+
+  std::vector<std::array<Side, 2>> cells(faces.windings.size());
+  for (std::size_t f = 0; f < cells.size(); ++f)
+    for (const EdgeTag& tag : faces.windings[f]) {
+      if (tag.winding <= 0) continue;
+      Side& side = cells[f][tag.tag < regions ? 0 : 1];
+      const std::int32_t region = tag.tag < regions ? tag.tag : tag.tag - regions;
+      if (side.slab != kNone && side.region <= region) continue;
+      side = {tag.tag < regions ? slab_below : slab_above, region};
+    }
+  for (const auto& sides : faces.of_edge) {
+    plane.left.push_back(cells[static_cast<std::size_t>(sides[0])]);
+    plane.right.push_back(cells[static_cast<std::size_t>(sides[1])]);
+  }
+  std::size_t segment = 0;
+  const auto follow = [&](const Outline& outline, std::vector<std::int32_t>& image, std::vector<std::vector<std::int32_t>>& paths) {
+    image.assign(outline.vertices.size(), kNone);
+    for (const Outline::Edge& e : outline.edges) {
+      // The first of the edge's segments runs from a to b where there is a region on the left, else from b to a.
+      std::vector<std::int32_t> path = plane.overlay.path(segment);
+      if (e.left == kNone) std::reverse(path.begin(), path.end());
+      segment += static_cast<std::size_t>((e.left != kNone) + (e.right != kNone));
+      image[static_cast<std::size_t>(e.a)] = path.front();
+      image[static_cast<std::size_t>(e.b)] = path.back();
+      paths.push_back(std::move(path));
+    }
+  };
+  follow(below, plane.below_image, plane.below_path);
+  follow(above, plane.above_image, plane.above_path);
+  return plane;
+}
+
+}  // namespace slice2mesh

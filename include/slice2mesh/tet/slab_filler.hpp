@@ -1,0 +1,365 @@
+// SPDX-License-Identifier: MIT
+/// @file
+/// @brief SlabFiller: fills every slab of a conforming complex with the Delaunay tetrahedra of its two planes.
+///
+/// The Delaunay tetrahedralization of points on two parallel planes is the overlay of the two planar Voronoi diagrams
+/// (Boissonnat, "Shape reconstruction from planar cross sections", CVGIP 44 (1988) 1-29). It is read off here without any
+/// three-dimensional construction: a Voronoi edge of one plane is followed through the Voronoi cells of the other, all tests
+/// are exact comparisons of distances in the plane. Ties are broken as if the upper plane were moved by an infinitesimal
+/// (-d, -d^2): of two equally near vertices a lower query takes the lexicographically larger, an upper query the smaller. That
+/// makes any choice between co-circular vertices in the planes' own triangulations valid, and the result unique.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "slice2mesh/arrange/exact.hpp"
+#include "slice2mesh/core/error.hpp"
+#include "slice2mesh/core/mesh.hpp"
+#include "slice2mesh/core/plc.hpp"
+#include "slice2mesh/core/progress.hpp"
+
+namespace slice2mesh {
+
+namespace detail {
+
+/// The triangles that bound a slab from below or above, as seen from above.
+struct Sheet {
+  std::vector<GridPoint> points;                      // #V
+  std::vector<std::int32_t> global;                   // #V, vertex of the complex
+  std::vector<std::array<std::int32_t, 3>> triangles; // #T by 3, counter-clockwise from above
+  std::vector<std::array<std::int32_t, 3>> neighbors; // #T by 3: triangle of the same region across the edge opposite to a vertex
+  std::vector<std::array<std::int32_t, 3>> walls;     // #T by 3: wall over that edge where there is no neighbor
+  std::vector<std::int32_t> regions;                  // #T
+};
+
+/// A corner of a sheet: a vertex as seen from one of its triangles.
+struct Corner {
+  std::int32_t triangle = kNone;
+  std::int32_t index = 0;
+};
+
+class SlabFill {
+public:
+  SlabFill(std::int32_t slab, const Sheet& bottom, const Sheet& top) : slab_(slab), bottom_(bottom), top_(top) {}
+
+  /// Calls emit(tet, region) with vertices of the complex, positively oriented.
+  template <class Emit>
+  void run(Emit&& emit) {
+    fill<true>(emit);
+    fill<false>(emit);
+  }
+
+private:
+  [[noreturn]] void fail(const GridPoint& at) const {
+    throw TetrahedralizationError(slab_, "contours are not conforming (Gabriel) near grid point " + std::to_string(at.x) + ", " + std::to_string(at.y));
+  }
+  static const GridPoint& vertex(const Sheet& s, std::int32_t t, std::int32_t i) {
+    return s.points[std::size_t(s.triangles[std::size_t(t)][std::size_t(i % 3)])];
+  }
+  static std::int32_t vertex_id(const Sheet& s, const Corner& c) { return s.triangles[std::size_t(c.triangle)][std::size_t(c.index)]; }
+
+  /// The center that stands for a triangle, or for the outside of a wall edge: circumcenter, or middle of the edge.
+  struct Center {
+    const GridPoint* p[3];  // p[2] == nullptr: middle of p[0] p[1]
+  };
+  static Center center(const Sheet& s, std::int32_t t) { return {{&vertex(s, t, 0), &vertex(s, t, 1), &vertex(s, t, 2)}}; }
+  static Center middle(const Sheet& s, std::int32_t t, std::int32_t edge) { return {{&vertex(s, t, edge + 1), &vertex(s, t, edge + 2), nullptr}}; }
+  /// Is q the nearer one of p and q? kLower: the center belongs to the lower plane.
+  template <bool kLower>
+  static bool second_is_nearer(const Center& c, const GridPoint& p, const GridPoint& q) {
+    const int s = c.p[2] ? nearer_to_circumcenter(*c.p[0], *c.p[1], *c.p[2], p, q) : nearer_to_midpoint(*c.p[0], *c.p[1], p, q);
+    if (s != 0) return s > 0;
+    return kLower ? p < q : q < p;
+  }
+
+  /// Follows the bisector of a and b (vertices of the plane kLower), to the right of a -> b, through the Voronoi cells of the other sheet, from the
+  /// cell of `at` to that of `target`. Calls cross(u, w) for each Voronoi edge that is crossed, with the two corners.
+  template <bool kLower, class Cross>
+  Corner follow(const Sheet& sheet, Corner at, const GridPoint& a, const GridPoint& b, const Center& target, Cross&& cross) const {
+    const auto beyond = [&](const Center& c) { return second_is_nearer<!kLower>(c, a, b); };
+    std::size_t steps = 0;
+    while (true) {
+      if (++steps > sheet.triangles.size() + 8) fail(a);
+      const std::int32_t u = vertex_id(sheet, at);
+      // The way out of the cell: two centers in a row around u, counter-clockwise, on the side of a and on that of b.
+      Corner here = at, out{};
+      std::int32_t out_edge = kNone;  // edge opposite to this vertex index of out.triangle is crossed
+      const bool first = beyond(center(sheet, here.triangle));
+      for (int pass = 0; pass < 2 && out_edge == kNone; ++pass) {
+        here = at;
+        bool side = first;
+        // Pass 0 turns towards the change of side that is the way out; pass 1 the other way, for open fans.
+        const bool counter_clockwise = (pass == 0) != first;
+        for (std::size_t turn = 0; turn <= sheet.triangles.size(); ++turn) {
+          const auto t = std::size_t(here.triangle);
+          // Around u counter-clockwise, the next triangle lies across the edge opposite to the vertex after u.
+          const std::int32_t edge = (here.index + (counter_clockwise ? 1 : 2)) % 3;
+          const std::int32_t next = sheet.neighbors[t][std::size_t(edge)];
+          bool next_side = false;
+          if (next == kNone) next_side = beyond(middle(sheet, here.triangle, edge));
+          else next_side = beyond(center(sheet, next));
+          const bool found = counter_clockwise ? (!side && next_side) : (side && !next_side);
+          if (found) {
+            out = here;
+            out_edge = edge;
+            break;
+          }
+          if (next == kNone) break;
+          here.triangle = next;
+          here.index = index_of(sheet, next, u);
+          side = next_side;
+          if (next == at.triangle) break;
+        }
+      }
+      if (out_edge == kNone) return at;
+      // The neighbor on the other end of the crossed edge.
+      const std::int32_t w_index = (out.index + 1) % 3 == out_edge ? (out.index + 2) % 3 : (out.index + 1) % 3;
+      const Corner w{out.triangle, w_index};
+      const GridPoint &pu = sheet.points[std::size_t(u)], &pw = vertex(sheet, w.triangle, w.index);
+      if (!second_is_nearer<kLower>(target, pu, pw)) return out;
+      cross(out, w, out_edge);
+      at = w;
+    }
+  }
+  static std::int32_t index_of(const Sheet& s, std::int32_t t, std::int32_t v) {
+    const auto& tri = s.triangles[std::size_t(t)];
+    return tri[0] == v ? 0 : (tri[1] == v ? 1 : 2);
+  }
+
+  template <bool kLower, class Emit>
+  void fill(Emit&& emit) {
+    const Sheet& own = kLower ? bottom_ : top_;
+    const Sheet& other = kLower ? top_ : bottom_;
+    // Corners of the other sheet on each wall, by wall and region.
+    struct WallCorner {
+      std::int32_t wall, region;
+      Corner corner;
+      bool operator<(const WallCorner& o) const { return wall != o.wall ? wall < o.wall : region < o.region; }
+    };
+    std::vector<WallCorner> wall_corners;
+    for (std::size_t t = 0; t < other.triangles.size(); ++t)
+      for (std::int32_t i = 0; i < 3; ++i)
+        if (other.neighbors[t][std::size_t(i)] == kNone)
+          for (std::int32_t j = 1; j <= 2; ++j)
+            wall_corners.push_back({other.walls[t][std::size_t(i)], other.regions[t], {std::int32_t(t), (i + j) % 3}});
+    std::stable_sort(wall_corners.begin(), wall_corners.end());
+
+    std::vector<Corner> apex(own.triangles.size());
+    std::vector<std::int32_t> queue;
+    const auto emit_crossing = [&](std::int32_t t, std::int32_t a, std::int32_t b, std::int32_t wall) {
+      return [&, t, a, b, wall](const Corner& u, const Corner& w, std::int32_t edge) {
+        if constexpr (kLower) {
+          // Two edges on one wall span nothing.
+          if (wall != kNone && other.neighbors[std::size_t(u.triangle)][std::size_t(edge)] == kNone &&
+              other.walls[std::size_t(u.triangle)][std::size_t(edge)] == wall)
+            return;
+          emit({own.global[std::size_t(a)], own.global[std::size_t(b)], other.global[std::size_t(vertex_id(other, u))],
+                other.global[std::size_t(vertex_id(other, w))]},
+               own.regions[std::size_t(t)]);
+        } else {
+          (void)u, (void)w, (void)edge, (void)t, (void)a, (void)b, (void)wall;
+        }
+      };
+    };
+    // From the walls inwards: the vertex of the wall nearest to the middle of a wall edge starts the way.
+    for (std::size_t t = 0; t < own.triangles.size(); ++t) {
+      for (std::int32_t i = 0; i < 3; ++i) {
+        if (own.neighbors[t][std::size_t(i)] != kNone) continue;
+        if (!kLower && apex[t].triangle != kNone) continue;
+        const std::int32_t wall = own.walls[t][std::size_t(i)];
+        const Center from = middle(own, std::int32_t(t), i);
+        const auto range = std::equal_range(wall_corners.begin(), wall_corners.end(), WallCorner{wall, own.regions[t], {}});
+        if (wall == kNone || range.first == range.second) fail(*from.p[0]);
+        Corner best = range.first->corner;
+        for (auto it = range.first; it != range.second; ++it) {
+          const GridPoint &p = vertex(other, best.triangle, best.index), &q = vertex(other, it->corner.triangle, it->corner.index);
+          if (p != q && second_is_nearer<kLower>(from, p, q)) best = it->corner;
+        }
+        // Inwards is to the left of the edge, so to the right of its reverse.
+        const std::int32_t a = own.triangles[t][std::size_t((i + 2) % 3)], b = own.triangles[t][std::size_t((i + 1) % 3)];
+        const Corner end = follow<kLower>(other, best, own.points[std::size_t(a)], own.points[std::size_t(b)], center(own, std::int32_t(t)),
+                                          emit_crossing(std::int32_t(t), a, b, wall));
+        if (apex[t].triangle == kNone) {
+          apex[t] = end;
+          queue.push_back(std::int32_t(t));
+        } else if (vertex_id(other, apex[t]) != vertex_id(other, end)) {
+          fail(own.points[std::size_t(a)]);
+        }
+      }
+    }
+    // Through the inner edges, each once.
+    for (std::size_t next = 0; next < queue.size(); ++next) {
+      const auto t = std::size_t(queue[next]);
+      for (std::int32_t i = 0; i < 3; ++i) {
+        const std::int32_t n = own.neighbors[t][std::size_t(i)];
+        if (n == kNone) continue;
+        const bool known = apex[std::size_t(n)].triangle != kNone;
+        if (!kLower && known) continue;
+        if (known && done_.count(edge_key(std::int32_t(t), n)) != 0) continue;
+        const std::int32_t a = own.triangles[t][std::size_t((i + 1) % 3)], b = own.triangles[t][std::size_t((i + 2) % 3)];
+        const Corner end = follow<kLower>(other, apex[t], own.points[std::size_t(a)], own.points[std::size_t(b)], center(own, n),
+                                          emit_crossing(std::int32_t(t), a, b, kNone));
+        if constexpr (kLower) done_.emplace(edge_key(std::int32_t(t), n), 1);
+        if (!known) {
+          apex[std::size_t(n)] = end;
+          queue.push_back(n);
+        } else if (vertex_id(other, apex[std::size_t(n)]) != vertex_id(other, end)) {
+          fail(own.points[std::size_t(a)]);
+        }
+      }
+    }
+    for (std::size_t t = 0; t < own.triangles.size(); ++t) {
+      if (apex[t].triangle == kNone) fail(vertex(own, std::int32_t(t), 0));
+      const auto& tri = own.triangles[t];
+      const std::int32_t top_or_bottom = other.global[std::size_t(vertex_id(other, apex[t]))];
+      const std::int32_t a = own.global[std::size_t(tri[0])], b = own.global[std::size_t(tri[1])], c = own.global[std::size_t(tri[2])];
+      emit(kLower ? std::array<std::int32_t, 4>{a, b, c, top_or_bottom} : std::array<std::int32_t, 4>{a, c, b, top_or_bottom}, own.regions[t]);
+    }
+  }
+  static std::uint64_t edge_key(std::int32_t a, std::int32_t b) {
+    if (a > b) std::swap(a, b);
+    return (std::uint64_t(std::uint32_t(a)) << 32) | std::uint32_t(b);
+  }
+
+  std::int32_t slab_;
+  const Sheet& bottom_;
+  const Sheet& top_;
+  std::unordered_map<std::uint64_t, char> done_;
+};
+
+/// The sheets of every slab of a complex.
+class Sheets {
+public:
+  explicit Sheets(const Plc& plc) : plc_(plc), bottom_(plc.slabs.size()), top_(plc.slabs.size()), wall_facets_(plc.slabs.size()), local_(plc.vertices.size(), kNone) {
+    for (std::size_t f = 0; f < plc.facets.size(); ++f) {
+      const Facet& facet = plc.facets[f];
+      switch (facet.label) {
+        case FacetLabel::Down: bottom_[std::size_t(facet.back.slab)].push_back(std::int32_t(f)); break;
+        case FacetLabel::Up: top_[std::size_t(facet.back.slab)].push_back(std::int32_t(f)); break;
+        case FacetLabel::Interface:
+          bottom_[std::size_t(facet.front.slab)].push_back(std::int32_t(f));
+          top_[std::size_t(facet.back.slab)].push_back(std::int32_t(f));
+          break;
+        case FacetLabel::Wall:
+        case FacetLabel::InnerWall: wall_facets_[std::size_t(facet.back.slab)].push_back(std::int32_t(f)); break;
+      }
+    }
+  }
+  /// The sheet below (top = false) or above a slab.
+  [[nodiscard]] Sheet make(std::int32_t slab, bool top) {
+    Sheet sheet;
+    const std::vector<std::int32_t>& facets = (top ? top_ : bottom_)[std::size_t(slab)];
+    sheet.triangles.reserve(facets.size());
+    for (const std::int32_t f : facets) {
+      const Facet& facet = plc_.facets[std::size_t(f)];
+      std::array<std::int32_t, 3> tri = facet.vertices;
+      if (facet.label == FacetLabel::Down) std::swap(tri[1], tri[2]);
+      for (std::int32_t& v : tri) {
+        std::int32_t& index = local_[std::size_t(v)];
+        if (index == kNone) {
+          index = std::int32_t(sheet.points.size());
+          sheet.points.push_back(plc_.vertices[std::size_t(v)]);
+          sheet.global.push_back(v);
+        }
+        v = index;
+      }
+      sheet.triangles.push_back(tri);
+      sheet.regions.push_back(facet.label == FacetLabel::Interface && !top ? facet.front.region : facet.back.region);
+    }
+    sheet.neighbors.assign(sheet.triangles.size(), {kNone, kNone, kNone});
+    sheet.walls.assign(sheet.triangles.size(), {kNone, kNone, kNone});
+    struct Half {
+      std::int32_t low, high, triangle, index;  // index -1: a wall; its id in `triangle`
+      bool operator<(const Half& o) const {
+        if (low != o.low) return low < o.low;
+        if (high != o.high) return high < o.high;
+        return index != o.index ? index < o.index : triangle < o.triangle;
+      }
+    };
+    std::vector<Half> halves;
+    halves.reserve(sheet.triangles.size() * 3 + wall_facets_[std::size_t(slab)].size());
+    for (std::size_t t = 0; t < sheet.triangles.size(); ++t)
+      for (std::int32_t i = 0; i < 3; ++i) {
+        const std::int32_t a = sheet.triangles[t][std::size_t((i + 1) % 3)], b = sheet.triangles[t][std::size_t((i + 2) % 3)];
+        halves.push_back({std::min(a, b), std::max(a, b), std::int32_t(t), i});
+      }
+    const std::int32_t plane = plc_.slab_planes[std::size_t(slab)][top ? 1 : 0];
+    for (const std::int32_t f : wall_facets_[std::size_t(slab)]) {
+      const Facet& facet = plc_.facets[std::size_t(f)];
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::int32_t u = facet.vertices[i], w = facet.vertices[(i + 1) % 3];
+        if (plc_.vertex_plane[std::size_t(u)] != plane || plc_.vertex_plane[std::size_t(w)] != plane) continue;
+        const std::int32_t a = local_[std::size_t(u)], b = local_[std::size_t(w)];
+        if (a != kNone && b != kNone) halves.push_back({std::min(a, b), std::max(a, b), facet.wall, -1});
+      }
+    }
+    std::sort(halves.begin(), halves.end());
+    for (std::size_t i = 0; i < halves.size();) {
+      std::size_t j = i;
+      std::int32_t wall = kNone;
+      for (; j < halves.size() && halves[j].low == halves[i].low && halves[j].high == halves[i].high; ++j)
+        if (halves[j].index < 0) wall = halves[j].triangle;
+      for (std::size_t k = i; k < j; ++k) {
+        if (halves[k].index < 0) continue;
+        const auto t = std::size_t(halves[k].triangle);
+        sheet.walls[t][std::size_t(halves[k].index)] = wall;
+        if (wall != kNone) continue;
+        for (std::size_t m = i; m < j; ++m)
+          if (m != k && halves[m].index >= 0 && sheet.regions[std::size_t(halves[m].triangle)] == sheet.regions[t])
+            sheet.neighbors[t][std::size_t(halves[k].index)] = halves[m].triangle;
+      }
+      i = j;
+    }
+    for (const std::int32_t v : sheet.global) local_[std::size_t(v)] = kNone;
+    return sheet;
+  }
+
+private:
+  const Plc& plc_;
+  std::vector<std::vector<std::int32_t>> bottom_, top_, wall_facets_;
+  std::vector<std::int32_t> local_;
+};
+
+}  // namespace detail
+
+/// The default tetrahedralizer. Needs a complex with inner faces whose contour edges are Gabriel in their planes; adds no
+/// vertex, keeps every horizontal facet, and every wall up to the diagonals of ties on bent walls.
+/// Errors: TetrahedralizationError with the slab where the complex is not conforming. Cost: about linear.
+struct SlabFiller {
+  Progress progress;
+  std::int64_t max_tets = 0;  ///< budget; 0: none
+
+  [[nodiscard]] Mesh operator()(const Plc& plc) const {
+    if (!plc.has_inner_faces) throw TetrahedralizationError(-1, "the slab filler needs a complex with inner faces");
+    Mesh mesh;
+    mesh.slabs = plc.slabs;
+    mesh.regions = plc.regions;
+    mesh.facets = plc.facets;
+    mesh.vertices.reserve(plc.vertices.size());
+    for (std::size_t v = 0; v < plc.vertices.size(); ++v) mesh.vertices.push_back(plc.position(v));
+    detail::Sheets sheets(plc);
+    for (std::size_t s = 0; s < plc.slabs.size(); ++s) {
+      report(progress, Stage::Tetrahedralize, double(s) / double(plc.slabs.size()));
+      const auto slab = static_cast<std::int32_t>(s);
+      const detail::Sheet bottom = sheets.make(slab, false), top = sheets.make(slab, true);
+      detail::SlabFill(slab, bottom, top).run([&](const std::array<std::int32_t, 4>& tet, std::int32_t region) {
+        mesh.tets.push_back(tet);
+        mesh.tet_slab.push_back(slab);
+        mesh.tet_region.push_back(region);
+      });
+      if (max_tets > 0 && static_cast<std::int64_t>(mesh.tets.size()) > max_tets)
+        throw BudgetError(Stage::Tetrahedralize, "the mesh needs more tets than max_tets");
+    }
+    report(progress, Stage::Tetrahedralize, 1);
+    return mesh;
+  }
+};
+
+}  // namespace slice2mesh

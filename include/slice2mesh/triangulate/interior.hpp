@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+/// @file
+/// @brief Interior vertices of the planes: one lattice for all of them, and the contours of the planes next to them.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "slice2mesh/arrange/segment_index.hpp"
+#include "slice2mesh/harmonize/harmonize.hpp"
+
+namespace slice2mesh {
+
+/// Sizes for interior vertices, in pitches.
+struct InteriorSizes {
+  double size = 0;          ///< spacing of the lattice
+  double contour_size = 0;  ///< spacing along contours
+};
+
+namespace detail {
+
+/// Points with a least distance from each other.
+class SpacedPoints {
+public:
+  explicit SpacedPoints(double distance) : distance_(distance) {}
+  [[nodiscard]] bool clear(const GridPoint& p, double limit) const {
+    const auto reach = std::int64_t(std::ceil(limit / distance_));
+    const std::int64_t c = column(p.x), r = column(p.y);
+    for (std::int64_t i = c - reach; i <= c + reach; ++i)
+      for (std::int64_t j = r - reach; j <= r + reach; ++j) {
+        const auto range = cells_.equal_range(key(i, j));
+        for (auto it = range.first; it != range.second; ++it)
+          if (detail::distance(it->second, p) < limit) return false;
+      }
+    return true;
+  }
+  void add(const GridPoint& p) { cells_.emplace(key(column(p.x), column(p.y)), p); }
+
+private:
+  [[nodiscard]] std::int64_t column(std::int64_t x) const { return std::int64_t(std::floor(double(x) / distance_)); }
+  static std::uint64_t key(std::int64_t c, std::int64_t r) {
+    return std::uint64_t(c) * 0x9E3779B97F4A7C15ULL ^ (std::uint64_t(r) + 0x7F4A7C15ULL) * 0xC2B2AE3D27D4EB4FULL;
+  }
+  double distance_;
+  std::unordered_multimap<std::uint64_t, GridPoint> cells_;
+};
+
+}  // namespace detail
+
+/// Candidates for the interior vertices of the plane between two slabs (kNone: none). A pure function of the contours of these
+/// slabs and the next ones. Neighboring planes get the same points wherever all their contours are far enough.
+[[nodiscard]] inline std::vector<GridPoint> interior_points(const Contours& contours, std::int32_t slab_below, std::int32_t slab_above,
+                                                            const InteriorSizes& sizes) {
+  std::vector<GridPoint> result;
+  const auto count = static_cast<std::int32_t>(contours.slabs.size());
+  const auto touch = [&](std::int32_t s) {  // slab s touches slab s + 1
+    return contours.slabs[std::size_t(s)].z_high == contours.slabs[std::size_t(s) + 1].z_low;
+  };
+  std::vector<std::pair<GridPoint, GridPoint>> own;
+  GridPoint low{kGridLimit, kGridLimit}, high{-kGridLimit, -kGridLimit};
+  for (const std::int32_t s : {slab_below, slab_above}) {
+    if (s == kNone) continue;
+    const auto segments = detail::SegmentIndex::segments_of(contours.outlines[std::size_t(s)]);
+    own.insert(own.end(), segments.begin(), segments.end());
+    for (const GridPoint& p : contours.outlines[std::size_t(s)].vertices) {
+      low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+      high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+    }
+  }
+  const detail::SegmentIndex own_index(own);
+  // Contours of the next planes: their vertices stand here too, so that the slab between has columns under them.
+  std::vector<std::pair<GridPoint, GridPoint>> next;
+  constexpr double kImprintFromContour = 0.7, kImprintSpacing = 0.6;  // of the contour size
+  constexpr double kLatticeFromContour = 0.6;                         // of the lattice spacing
+  detail::SpacedPoints taken(std::max(1.0, sizes.contour_size * kImprintSpacing));
+  const auto imprint = [&](std::int32_t s) {
+    const Outline& outline = contours.outlines[std::size_t(s)];
+    const auto segments = detail::SegmentIndex::segments_of(outline);
+    next.insert(next.end(), segments.begin(), segments.end());
+    const double limit = kImprintFromContour * sizes.contour_size;
+    for (const GridPoint& p : outline.vertices) {
+      if (own_index.distance(p, limit) < limit || !taken.clear(p, sizes.contour_size * kImprintSpacing)) continue;
+      taken.add(p);
+      result.push_back(p);
+    }
+  };
+  if (slab_below != kNone && slab_below > 0 && touch(slab_below - 1)) imprint(slab_below - 1);
+  if (slab_above != kNone && slab_above + 1 < count && touch(slab_above)) imprint(slab_above + 1);
+  const detail::SegmentIndex next_index(std::move(next));
+  const double dx = sizes.size, dy = sizes.size * std::sqrt(3.0) / 2, clear = kLatticeFromContour * sizes.size;
+  const auto row0 = std::int64_t(std::floor(double(low.y) / dy)), row1 = std::int64_t(std::ceil(double(high.y) / dy));
+  const auto column0 = std::int64_t(std::floor(double(low.x) / dx)) - 1, column1 = std::int64_t(std::ceil(double(high.x) / dx));
+  for (std::int64_t row = row0; row <= row1; ++row)
+    for (std::int64_t column = column0; column <= column1; ++column) {
+      const GridPoint p{std::llround((double(column) + (row % 2 != 0 ? 0.5 : 0)) * dx), std::llround(double(row) * dy)};
+      if (own_index.distance(p, clear) < clear || next_index.distance(p, clear) < clear) continue;
+      result.push_back(p);
+    }
+  return result;
+}
+
+}  // namespace slice2mesh

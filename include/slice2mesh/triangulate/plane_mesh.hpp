@@ -1,0 +1,374 @@
+// SPDX-License-Identifier: MIT
+/// @file
+/// @brief Triangulations of interface planes: plain, or conforming and graded.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "slice2mesh/arrange/exact.hpp"
+#include "slice2mesh/core/error.hpp"
+#include "slice2mesh/core/plc.hpp"
+#include "slice2mesh/lift/lift.hpp"
+#include "slice2mesh/triangulate/planar.hpp"
+
+namespace slice2mesh {
+
+/// The triangulation of one plane: material below or above every triangle.
+struct PlaneMesh {
+  double z = 0;                                        ///< mm
+  std::vector<GridPoint> vertices;                     ///< #V; those of the overlay come first, with their indices
+  std::vector<std::array<std::int32_t, 3>> triangles;  ///< #T by 3, counter-clockwise from above
+  std::vector<std::array<Side, 2>> sides;              ///< #T by 2: cell below and cell above
+  std::vector<std::vector<std::int32_t>> below_chain;  ///< #E of the outline below: vertices along the edge from a to b
+  std::vector<std::vector<std::int32_t>> above_chain;  ///< #E of the outline above
+  std::vector<char> fixed;                             ///< #V: on a contour
+};
+
+/// How a plane is refined. Lengths in pitches.
+struct PlaneRefinement {
+  bool gabriel = true;              ///< split contour edges until no vertex is in their diametral discs
+  double min_edge = 4;              ///< contour edges below this length are not split any more
+  double radius_edge_ratio = 0;     ///< triangles with a larger ratio of circumradius to shortest edge get a vertex; 0: off
+  double shortest = 0;              ///< no new vertex nearer than this to another one (interior refinement)
+  std::vector<GridPoint> interior;  ///< vertices to insert where they are clear of the contours
+  std::size_t max_vertices = 0;     ///< budget; 0: none
+};
+
+namespace detail {
+
+class PlaneMesher {
+public:
+  PlaneMesher(const InterfacePlane& plane, const PlaneRefinement& options) : plane_(plane), options_(options), points_(plane.overlay.vertices) {
+    cdt_.infinite_vertex()->info() = kNone;
+    handles_ = insert_points(cdt_, points_);
+    const auto& edges = plane_.overlay.edges;
+    subs_.reserve(edges.size() * 2);
+    sub_of_.reserve(edges.size() * 4);
+    for (std::size_t e = 0; e < edges.size(); ++e) {
+      insert_edge(cdt_, handles_[std::size_t(edges[e].a)], handles_[std::size_t(edges[e].b)], Stage::Triangulate);
+      subs_.push_back({edges[e].a, edges[e].b, std::int32_t(e), kNone});
+      sub_of_[key(edges[e].a, edges[e].b)] = std::int32_t(e);
+    }
+    label_faces();
+  }
+
+  /// All steps; returns the triangulation.
+  [[nodiscard]] PlaneMesh run() {
+    if (options_.gabriel) make_gabriel();
+    if (!options_.interior.empty()) insert_interior();
+    if (options_.radius_edge_ratio > 0) refine();
+    if (options_.gabriel) make_gabriel();
+    return extract();
+  }
+
+private:
+  struct Sub {
+    std::int32_t a, b;  // same way as the edge of the overlay
+    std::int32_t edge;
+    std::int32_t next;  // next piece towards b
+  };
+  static std::uint64_t key(std::int32_t a, std::int32_t b) {
+    if (a > b) std::swap(a, b);
+    return (std::uint64_t(std::uint32_t(a)) << 32) | std::uint32_t(b);
+  }
+  // Cells of a face are stored as the index of an edge of the overlay and its side: 2 e for the left, 2 e + 1 for the right.
+  [[nodiscard]] const std::array<Side, 2>& cells(std::int32_t info) const {
+    return info % 2 == 0 ? plane_.left[std::size_t(info / 2)] : plane_.right[std::size_t(info / 2)];
+  }
+  [[nodiscard]] bool material(std::int32_t info) const {
+    return info != kNone && (!cells(info)[0].empty() || !cells(info)[1].empty());
+  }
+  [[nodiscard]] GridPoint point(Cdt::Vertex_handle v) const { return points_[std::size_t(v->info())]; }
+  /// The face on the left of a -> b, and the index of the vertex opposite to the edge.
+  [[nodiscard]] std::pair<Cdt::Face_handle, int> left_face(std::int32_t a, std::int32_t b) const {
+    Cdt::Face_handle f;
+    int i = 0;
+    if (!cdt_.is_edge(handles_[std::size_t(a)], handles_[std::size_t(b)], f, i))
+      throw GeometryError(Stage::Triangulate, -1, -1, "a contour edge is missing from its plane; this is a defect of slice2mesh");
+    if (f->vertex(Cdt::ccw(i))->info() == a) return {f, i};
+    const int j = cdt_.mirror_index(f, i);
+    return {f->neighbor(i), j};
+  }
+  void label_faces() {
+    for (const Cdt::Face_handle f : cdt_.all_face_handles()) f->info() = kNone;
+    std::vector<Cdt::Face_handle> stack;
+    const auto put = [&](Cdt::Face_handle f, std::int32_t label) {
+      if (cdt_.is_infinite(f) || f->info() != kNone) return;
+      f->info() = label;
+      stack.push_back(f);
+    };
+    for (const Sub& s : subs_) {
+      put(left_face(s.a, s.b).first, 2 * s.edge);
+      put(left_face(s.b, s.a).first, 2 * s.edge + 1);
+      while (!stack.empty()) {
+        const Cdt::Face_handle f = stack.back();
+        stack.pop_back();
+        for (int i = 0; i < 3; ++i)
+          if (!f->is_constrained(i)) put(f->neighbor(i), f->info());
+      }
+    }
+  }
+  void check_budget() const {
+    if (options_.max_vertices > 0 && points_.size() > options_.max_vertices)
+      throw BudgetError(Stage::Triangulate, "a plane needs more vertices than max_vertices");
+  }
+
+  [[nodiscard]] bool encroached(const Sub& s) const {
+    const GridPoint a = points_[std::size_t(s.a)], b = points_[std::size_t(s.b)];
+    for (int side = 0; side < 2; ++side) {
+      const auto [f, i] = side == 0 ? left_face(s.a, s.b) : left_face(s.b, s.a);
+      if (cdt_.is_infinite(f) || !material(2 * s.edge + side)) continue;
+      if (in_diametral_disc(a, b, point(f->vertex(i)))) return true;
+    }
+    return false;
+  }
+  /// Where to split a piece: in the middle, but at a power of two from a vertex where contours meet at a sharp angle, so
+  /// that the pieces on both sides of the angle get the same lengths.
+  [[nodiscard]] GridPoint split_point(const Sub& s) const {
+    const GridPoint a = points_[std::size_t(s.a)], b = points_[std::size_t(s.b)];
+    const bool sharp_a = is_sharp(s.a, s.b), sharp_b = is_sharp(s.b, s.a);
+    if (sharp_a == sharp_b) return {a.x + (b.x - a.x) / 2, a.y + (b.y - a.y) / 2};
+    const GridPoint from = sharp_a ? a : b, to = sharp_a ? b : a;
+    const double length = distance(from, to);
+    const double shell = std::exp2(std::round(std::log2(length / 2)));
+    const double t = shell / length;  // in [0.35, 0.71]
+    return {from.x + std::llround(t * double(to.x - from.x)), from.y + std::llround(t * double(to.y - from.y))};
+  }
+  /// Does another contour edge leave v at less than 60 degrees from the edge to w?
+  [[nodiscard]] bool is_sharp(std::int32_t v, std::int32_t w) const {
+    const Cdt::Vertex_handle handle = handles_[std::size_t(v)];
+    const GridPoint p = points_[std::size_t(v)], q = points_[std::size_t(w)];
+    Cdt::Edge_circulator e = cdt_.incident_edges(handle), begin = e;
+    if (e == nullptr) return false;
+    do {
+      if (!e->first->is_constrained(e->second) || cdt_.is_infinite(e)) continue;
+      const Cdt::Vertex_handle u = e->first->vertex(Cdt::ccw(e->second)), x = e->first->vertex(Cdt::cw(e->second));
+      const Cdt::Vertex_handle other = u == handle ? x : u;
+      if (other->info() == w) continue;
+      const GridPoint r = point(other);
+      const double d = double(dot(p, q, r));
+      if (d > 0.5 * distance(p, q) * distance(p, r)) return true;
+    } while (++e != begin);
+    return false;
+  }
+  /// Splits a piece; false if the grid leaves no room for it.
+  bool split(std::int32_t index, std::vector<std::int32_t>& queue) {
+    const Sub s = subs_[std::size_t(index)];
+    const GridPoint a = points_[std::size_t(s.a)], b = points_[std::size_t(s.b)];
+    if (distance(a, b) < options_.min_edge) return false;
+    const GridPoint m = split_point(s);
+    auto [f, i] = left_face(s.a, s.b);
+    // Rounding may put the point beside the edge by half a pitch; the four triangles around it must still turn left.
+    for (int side = 0; side < 2; ++side) {
+      const Cdt::Face_handle g = side == 0 ? f : f->neighbor(i);
+      const int j = side == 0 ? i : cdt_.mirror_index(f, i);
+      if (cdt_.is_infinite(g)) {
+        if (orientation(a, b, m) != 0 && (side == 0) == (orientation(a, b, m) > 0)) return false;
+        continue;
+      }
+      const GridPoint c = point(g->vertex(j));
+      const GridPoint u = side == 0 ? a : b, w = side == 0 ? b : a;
+      if (orientation(u, m, c) <= 0 || orientation(m, w, c) <= 0) return false;
+    }
+    const Cdt::Vertex_handle v = cdt_.insert(to_cdt_point(m), Cdt::EDGE, f, i);
+    v->info() = std::int32_t(points_.size());
+    handles_.push_back(v);
+    points_.push_back(m);
+    fixed_count_ = points_.size();
+    contour_.resize(points_.size(), 0);
+    contour_.back() = 1;
+    const auto t = std::int32_t(subs_.size());
+    sub_of_.erase(key(s.a, s.b));
+    subs_[std::size_t(index)].b = v->info();
+    subs_[std::size_t(index)].next = t;
+    subs_.push_back({v->info(), s.b, s.edge, s.next});
+    sub_of_[key(s.a, v->info())] = index;
+    sub_of_[key(v->info(), s.b)] = t;
+    // Faces around v: from b counter-clockwise to a they are on the left of a -> b.
+    Cdt::Face_circulator c = cdt_.incident_faces(v), begin = c;
+    while (c->vertex(Cdt::ccw(c->index(v)))->info() != s.b) ++c;
+    begin = c;
+    bool left = true;
+    do {
+      const int k = c->index(v);
+      if (c->vertex(Cdt::ccw(k))->info() == s.a) left = false;
+      if (!cdt_.is_infinite(c)) c->info() = 2 * s.edge + (left ? 0 : 1);
+      if (c->is_constrained(k)) push_sub(c, k, queue);
+    } while (++c != begin);
+    queue.push_back(index);
+    queue.push_back(t);
+    check_budget();
+    return true;
+  }
+  void push_sub(Cdt::Face_handle f, int i, std::vector<std::int32_t>& queue) const {
+    const auto it = sub_of_.find(key(f->vertex(Cdt::ccw(i))->info(), f->vertex(Cdt::cw(i))->info()));
+    if (it != sub_of_.end()) queue.push_back(it->second);
+  }
+  void make_gabriel() {
+    std::vector<std::int32_t> queue;
+    for (std::size_t s = subs_.size(); s-- > 0;) queue.push_back(std::int32_t(s));
+    process(queue);
+  }
+  void process(std::vector<std::int32_t>& queue) {
+    while (!queue.empty()) {
+      const std::int32_t s = queue.back();
+      queue.pop_back();
+      if (encroached(subs_[std::size_t(s)])) split(s, queue);
+    }
+  }
+
+  /// Inserts p if it lies in material, is not in a diametral disc of a contour edge, and not nearer than `nearest` to a vertex.
+  bool insert_free(const GridPoint& p, Cdt::Face_handle& hint, double nearest, std::vector<std::int32_t>* blocking = nullptr) {
+    Cdt::Locate_type type;
+    int li = 0;
+    const Cdt::Face_handle f = cdt_.locate(to_cdt_point(p), type, li, hint);
+    if (f == nullptr || cdt_.is_infinite(f) || type == Cdt::VERTEX || type == Cdt::OUTSIDE_CONVEX_HULL) return false;
+    hint = f;
+    if (!material(f->info())) return false;
+    if (type == Cdt::EDGE && f->is_constrained(li)) {
+      if (blocking) push_sub(f, li, *blocking);
+      return false;
+    }
+    zone_.clear();
+    border_.clear();
+    cdt_.get_conflicts_and_boundary(to_cdt_point(p), std::back_inserter(zone_), std::back_inserter(border_), f);
+    bool clear = true;
+    for (const Cdt::Edge& e : border_) {
+      const Cdt::Vertex_handle u = e.first->vertex(Cdt::ccw(e.second)), w = e.first->vertex(Cdt::cw(e.second));
+      if (nearest > 0 && (distance(p, point(u)) < nearest || distance(p, point(w)) < nearest)) return false;
+      if (e.first->is_constrained(e.second) && in_diametral_disc(point(u), point(w), p)) {
+        clear = false;
+        if (blocking) push_sub(e.first, e.second, *blocking);
+      }
+    }
+    if (!clear) return false;
+    const std::int32_t label = f->info();
+    const Cdt::Vertex_handle v = cdt_.insert(to_cdt_point(p), type, f, li);
+    v->info() = std::int32_t(points_.size());
+    handles_.push_back(v);
+    points_.push_back(p);
+    contour_.resize(points_.size(), 0);
+    Cdt::Face_circulator c = cdt_.incident_faces(v), begin = c;
+    do c->info() = label;
+    while (++c != begin);
+    hint = v->face();
+    check_budget();
+    return true;
+  }
+  void insert_interior() {
+    Cdt::Face_handle hint;
+    for (const GridPoint& p : options_.interior) insert_free(p, hint, 0);
+  }
+
+  struct Bad {
+    Cdt::Vertex_handle v[3];
+  };
+  [[nodiscard]] bool is_bad(Cdt::Face_handle f, double& radius, double& shortest) const {
+    if (cdt_.is_infinite(f) || !material(f->info())) return false;
+    const GridPoint a = point(f->vertex(0)), b = point(f->vertex(1)), c = point(f->vertex(2));
+    const double ab = distance(a, b), bc = distance(b, c), ca = distance(c, a);
+    radius = ab * bc * ca / (2 * double(cross(a, b, c)));
+    shortest = std::min({ab, bc, ca});
+    return radius > options_.radius_edge_ratio * shortest && radius > options_.shortest;
+  }
+  void refine() {
+    std::vector<Bad> queue;
+    const auto push = [&](Cdt::Face_handle f) {
+      double radius = 0, shortest = 0;
+      if (is_bad(f, radius, shortest)) queue.push_back({{f->vertex(0), f->vertex(1), f->vertex(2)}});
+    };
+    for (const Cdt::Face_handle f : cdt_.finite_face_handles()) push(f);
+    std::vector<std::int32_t> subs;
+    for (std::size_t next = 0; next < queue.size(); ++next) {
+      const Bad bad = queue[next];
+      Cdt::Face_handle f;
+      if (!cdt_.is_face(bad.v[0], bad.v[1], bad.v[2], f)) continue;
+      double radius = 0, shortest = 0;
+      if (!is_bad(f, radius, shortest)) continue;
+      const GridPoint a = point(f->vertex(0)), b = point(f->vertex(1)), c = point(f->vertex(2));
+      const double bx = double(b.x - a.x), by = double(b.y - a.y), cx = double(c.x - a.x), cy = double(c.y - a.y);
+      const double d = 2 * (bx * cy - by * cx), b2 = bx * bx + by * by, c2 = cx * cx + cy * cy;
+      const GridPoint p{a.x + std::llround((cy * b2 - by * c2) / d), a.y + std::llround((bx * c2 - cx * b2) / d)};
+      Cdt::Face_handle hint = f;
+      if (!insert_free(p, hint, options_.shortest, nullptr)) continue;
+      Cdt::Face_circulator circulator = cdt_.incident_faces(handles_.back()), begin = circulator;
+      do push(circulator);
+      while (++circulator != begin);
+    }
+  }
+
+  [[nodiscard]] PlaneMesh extract() {
+    PlaneMesh mesh;
+    mesh.z = plane_.z;
+    for (const Cdt::Face_handle f : cdt_.finite_face_handles()) {
+      if (!material(f->info())) continue;
+      mesh.triangles.push_back({f->vertex(0)->info(), f->vertex(1)->info(), f->vertex(2)->info()});
+      mesh.sides.push_back(cells(f->info()));
+    }
+    std::vector<std::vector<std::int32_t>> pieces(plane_.overlay.edges.size());
+    for (std::size_t e = 0; e < pieces.size(); ++e)
+      for (auto s = std::int32_t(e); s != kNone; s = subs_[std::size_t(s)].next) pieces[e].push_back(subs_[std::size_t(s)].a);
+    std::unordered_map<std::uint64_t, std::int32_t> edge_of;
+    edge_of.reserve(pieces.size() * 2);
+    for (std::size_t e = 0; e < pieces.size(); ++e) edge_of[key(plane_.overlay.edges[e].a, plane_.overlay.edges[e].b)] = std::int32_t(e);
+    const auto chains = [&](const std::vector<std::vector<std::int32_t>>& paths, std::vector<std::vector<std::int32_t>>& result) {
+      for (const std::vector<std::int32_t>& path : paths) {
+        std::vector<std::int32_t> chain;
+        for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+          const auto e = std::size_t(edge_of.at(key(path[i], path[i + 1])));
+          if (plane_.overlay.edges[e].a == path[i]) chain.insert(chain.end(), pieces[e].begin(), pieces[e].end());
+          else {
+            chain.push_back(path[i]);
+            chain.insert(chain.end(), pieces[e].rbegin(), pieces[e].rend() - 1);
+          }
+        }
+        if (!path.empty()) chain.push_back(path.back());
+        result.push_back(std::move(chain));
+      }
+    };
+    chains(plane_.below_path, mesh.below_chain);
+    chains(plane_.above_path, mesh.above_chain);
+    contour_.resize(points_.size(), 0);
+    std::fill(contour_.begin(), contour_.begin() + std::ptrdiff_t(plane_.overlay.vertices.size()), 1);
+    mesh.fixed = contour_;
+    mesh.vertices = std::move(points_);
+    return mesh;
+  }
+
+  const InterfacePlane& plane_;
+  const PlaneRefinement& options_;
+  std::vector<GridPoint> points_;
+  std::vector<Cdt::Vertex_handle> handles_;
+  std::vector<char> contour_;
+  std::size_t fixed_count_ = 0;
+  std::vector<Sub> subs_;
+  std::unordered_map<std::uint64_t, std::int32_t> sub_of_;
+  std::vector<Cdt::Face_handle> zone_;
+  std::vector<Cdt::Edge> border_;
+  Cdt cdt_;
+};
+
+}  // namespace detail
+
+/// The triangulation of a plane. A pure function of the plane and the options.
+/// Cost: O(n log n) plus the refinement, about linear in the result.
+[[nodiscard]] inline PlaneMesh triangulate_plane(const InterfacePlane& plane, const PlaneRefinement& options) {
+  return detail::PlaneMesher(plane, options).run();
+}
+
+/// The constrained Delaunay triangulation of a plane without any further point: the paper's.
+[[nodiscard]] inline PlaneMesh triangulate_plane(const InterfacePlane& plane) {
+  PlaneRefinement options;
+  options.gabriel = false;
+  return triangulate_plane(plane, options);
+}
+
+}  // namespace slice2mesh
