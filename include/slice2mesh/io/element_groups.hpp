@@ -68,7 +68,7 @@ inline void check_writable(const Mesh& mesh) {
   return digits.size() < width ? std::string(width - digits.size(), '0') + digits : digits;
 }
 
-/// Names of the regions for use in files: letters, digits, '_', '-' and '.' only, at most 60 of them, all different
+/// Names of the regions for use in files: letters, digits and '_' only, at most 70 of them, all different
 /// (whatever the case of letters).
 [[nodiscard]] inline std::vector<std::string> region_names(const Mesh& mesh) {
   std::vector<std::string> names;
@@ -81,8 +81,7 @@ inline void check_writable(const Mesh& mesh) {
       folded += c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
     };
     for (const char c : mesh.regions[r].name.substr(0, 50)) {
-      const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-                         c == '-' || c == '.';
+      const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
       append(plain ? c : '_');
     }
     if (name.empty())
@@ -101,6 +100,17 @@ inline void check_writable(const Mesh& mesh) {
                                             const ElementGroup& group) {
   return "layer_" + padded(static_cast<std::size_t>(group.slab) + 1, mesh.slabs.size()) + "_" +
          names[static_cast<std::size_t>(group.region)];
+}
+
+/// Extension of a file name in lower case, without the dot; empty if there is none.
+[[nodiscard]] inline std::string extension(const std::string& path) {
+  const std::size_t dot = path.find_last_of('.');
+  const std::size_t slash = path.find_last_of("/\\");
+  if (dot == std::string::npos || (slash != std::string::npos && dot < slash)) return {};
+  std::string result = path.substr(dot + 1);
+  for (char& c : result)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return result;
 }
 
 /// The boundary sets that the options ask for: empty lists otherwise.
