@@ -28,6 +28,9 @@ inline constexpr double kSmallestLength = 1.0 / (std::int64_t{1} << 40);
 /// wide and deep.
 inline constexpr double kStraightTurn = 1e-9;
 
+/// Points of a full circle at most: then it is within 5e-10 radii of the true one, at the end of what a file means.
+inline constexpr double kMostArcPoints = 1e5;
+
 inline double distance(const Point2& a, const Point2& b) {
   return std::hypot(b.x - a.x, b.y - a.y);
 }
@@ -75,7 +78,8 @@ inline std::vector<Point2> simplify_line(const std::vector<Point2>& line, double
 class LineThickener {
 public:
   LineThickener(double radius, const ThickenOptions& options)
-      : radius_(radius), options_(options), arc_step_(2 * std::acos(1 - options.arc_tolerance)) {}
+      : radius_(radius), options_(options),
+        arc_step_(std::max(4 * std::asin(std::sqrt(options.arc_tolerance / 2)), 2 * kPi / kMostArcPoints)) {}
 
   std::vector<std::vector<Point2>> run(const std::vector<Point2>& line) {
     double largest = 0;
@@ -147,14 +151,15 @@ private:
       pieces_.push_back({{p.x - r, p.y - r}, {p.x + r, p.y - r}, {p.x + r, p.y + r}, {p.x - r, p.y + r}});
     } else if (options_.cap == LineCap::Round) {
       std::vector<Point2> disc{{p.x + r, p.y}};
-      arc(disc, p, {r, 0}, 2 * kPi);
+      arc(disc, p, {r, 0}, 2 * kPi, 3);
       pieces_.push_back(std::move(disc));
     }
   }
 
   /// Points strictly between `from` and its image by a turn of `angle` around the center, evenly spaced.
-  void arc(std::vector<Point2>& polygon, const Point2& center, const Point2& from, double angle) const {
-    const double steps = std::max(1.0, std::ceil(angle / arc_step_));
+  void arc(std::vector<Point2>& polygon, const Point2& center, const Point2& from, double angle,
+           double fewest = 1) const {
+    const double steps = std::max(fewest, std::ceil(angle / arc_step_));
     for (double i = 1; i < steps; ++i) {
       const double t = angle * (i / steps);
       const double c = std::cos(t);
