@@ -107,7 +107,9 @@ struct SubMesh {
       }
     }
     for (std::int32_t& v : facet.vertices) {
-      v = sub.vertex_in_sub.at(static_cast<std::size_t>(v));
+      if (v < 0 || static_cast<std::size_t>(v) >= mesh.vertices.size())
+        throw Error(Stage::Fem, "a facet names a vertex that does not exist");
+      v = sub.vertex_in_sub[static_cast<std::size_t>(v)];
       kept = kept && v != kNone;
     }
     if (kept) sub.mesh.facets.push_back(facet);
