@@ -58,16 +58,21 @@ inline constexpr std::size_t kInpRealWidth = 20;
   return text;
 }
 
-/// Ascending numbers (from 0) as a set: runs as "first, last, 1", counted from 1.
+/// Ascending numbers (from 0) as a set, counted from 1: "first, last, 1" if they are one run (readers agree on one such
+/// line only), else 16 to a line, as many as the format allows.
 inline void put_inp_set(OutputBuffer& buffer, const char* type, const std::string& name,
                         const std::vector<std::size_t>& numbers) {
-  buffer.text("*").text(type).text(", ").text(type).text("=").text(name).text(", GENERATE\n");
-  for (std::size_t i = 0; i < numbers.size();) {
-    std::size_t j = i + 1;
-    while (j < numbers.size() && numbers[j] == numbers[j - 1] + 1) ++j;
-    buffer.integer(numbers[i] + 1).text(", ").integer(numbers[j - 1] + 1).text(", 1\n");
-    i = j;
+  const bool one_run = numbers.back() - numbers.front() + 1 == numbers.size();
+  buffer.text("*").text(type).text(", ").text(type).text("=").text(name).text(one_run ? ", GENERATE\n" : "\n");
+  if (one_run) {
+    buffer.integer(numbers.front() + 1).text(", ").integer(numbers.back() + 1).text(", 1\n");
+    return;
   }
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    buffer.integer(numbers[i] + 1);
+    if (i + 1 < numbers.size()) buffer.text((i + 1) % 16 == 0 ? ",\n" : ", ");
+  }
+  buffer.character('\n');
 }
 
 /// True if the slab has tets.
