@@ -72,6 +72,10 @@ void write_sample_files(const slice2mesh_test::TemporaryDirectory& directory) {
     slice2mesh::write_mesh(directory.file(name), mesh, options);
   options.binary = true;
   slice2mesh::write_mesh(directory.file("sample_binary.msh"), mesh, options);
+#ifdef SLICE2MESH_HAS_ZLIB
+  options.compress = true;
+  slice2mesh::write_mesh(directory.file("sample_compressed.vtu"), mesh, options);
+#endif
   slice2mesh::PlcWriteOptions skin;
   skin.inner_faces = false;
   for (const char* const name : {"skin.ply", "skin.stl"}) slice2mesh::write_plc(directory.file(name), plc, skin);
