@@ -195,10 +195,12 @@ int run(int argc, char** argv) {
 
   MeshJob job;
   app.add_option("file", job.input, "Slice file (CLI, text or binary)")->type_name("FILE");
-  app.add_option("-o,--output", job.outputs, "Mesh to write, format by extension (.vtu, .msh, .mesh); repeatable")
+  app.add_option("-o,--output", job.outputs,
+                 "Mesh to write, format by extension (.vtu, .msh, .mesh, .inp, .mfem, .node, .ele); repeatable")
       ->type_name("FILE")
       ->allow_extra_args(false);
-  app.add_option("--plc", job.plc, "Piecewise linear complex to write, format by extension (.off, .obj, .ply, .stl)")
+  app.add_option("--plc", job.plc,
+                 "Piecewise linear complex to write, format by extension (.off, .obj, .ply, .stl, .poly)")
       ->type_name("FILE");
   app.add_flag("--plc-skin", job.plc_skin, "Write the outer skin of the complex alone");
   app.add_flag("--binary", job.write.binary, "Write MSH files binary instead of as text");
