@@ -46,7 +46,12 @@ namespace detail {
 
 class PlaneMesher {
 public:
-  PlaneMesher(const InterfacePlane& plane, const PlaneRefinement& options) : plane_(plane), options_(options), points_(plane.overlay.vertices) {
+  PlaneMesher(const InterfacePlane& plane, const PlaneRefinement& options)
+      : plane_(plane), options_(options), points_(plane.overlay.vertices), frame_(points_.size()) {
+    // A frame around everything: no contour edge is on the hull, whose vertices could not be moved off a line by rounding.
+    for (const std::int64_t x : {-kGridLimit, kGridLimit})
+      for (const std::int64_t y : {-kGridLimit, kGridLimit}) points_.push_back({x, y});
+    contour_.assign(points_.size(), 1);
     cdt_.infinite_vertex()->info() = kNone;
     handles_ = insert_points(cdt_, points_);
     const auto& edges = plane_.overlay.edges;
@@ -170,10 +175,6 @@ private:
     for (int side = 0; side < 2; ++side) {
       const Cdt::Face_handle g = side == 0 ? f : f->neighbor(i);
       const int j = side == 0 ? i : cdt_.mirror_index(f, i);
-      if (cdt_.is_infinite(g)) {
-        if (orientation(a, b, m) != 0 && (side == 0) == (orientation(a, b, m) > 0)) return false;
-        continue;
-      }
       const GridPoint c = point(g->vertex(j));
       const GridPoint u = side == 0 ? a : b, w = side == 0 ? b : a;
       if (orientation(u, m, c) <= 0 || orientation(m, w, c) <= 0) return false;
@@ -182,9 +183,7 @@ private:
     v->info() = std::int32_t(points_.size());
     handles_.push_back(v);
     points_.push_back(m);
-    fixed_count_ = points_.size();
-    contour_.resize(points_.size(), 0);
-    contour_.back() = 1;
+    contour_.push_back(1);
     const auto t = std::int32_t(subs_.size());
     sub_of_.erase(key(s.a, s.b));
     subs_[std::size_t(index)].b = v->info();
@@ -255,7 +254,7 @@ private:
     v->info() = std::int32_t(points_.size());
     handles_.push_back(v);
     points_.push_back(p);
-    contour_.resize(points_.size(), 0);
+    contour_.push_back(0);
     Cdt::Face_circulator c = cdt_.incident_faces(v), begin = c;
     do c->info() = label;
     while (++c != begin);
@@ -279,6 +278,20 @@ private:
     shortest = std::min({ab, bc, ca});
     return radius > options_.radius_edge_ratio * shortest && radius > options_.shortest;
   }
+  /// The circumcenter, rounded to a coarse grid (a power of two below 1/64 of the shortest edge, off center so that
+  /// symmetric input does not fall on its borders): the same triangles on other planes, and co-circular ones, give the
+  /// same point and not one a pitch away.
+  [[nodiscard]] static GridPoint rounded_circumcenter(GridPoint a, GridPoint b, GridPoint c, double shortest) {
+    if (b < a) std::swap(a, b);
+    if (c < a) std::swap(a, c);
+    if (c < b) std::swap(b, c);
+    const double bx = double(b.x - a.x), by = double(b.y - a.y), cx = double(c.x - a.x), cy = double(c.y - a.y);
+    const double d = 2 * (bx * cy - by * cx), b2 = bx * bx + by * by, c2 = cx * cx + cy * cy;
+    const double cell = std::max(1.0, std::exp2(std::floor(std::log2(shortest / 64))));
+    constexpr double kOffset = 0.3125;  // in cells
+    const auto round = [&](double v) { return std::llround((std::floor(v / cell + kOffset)) * cell); };
+    return {round(double(a.x) + (cy * b2 - by * c2) / d), round(double(a.y) + (bx * c2 - cx * b2) / d)};
+  }
   void refine() {
     std::vector<Bad> queue;
     const auto push = [&](Cdt::Face_handle f) {
@@ -293,10 +306,7 @@ private:
       if (!cdt_.is_face(bad.v[0], bad.v[1], bad.v[2], f)) continue;
       double radius = 0, shortest = 0;
       if (!is_bad(f, radius, shortest)) continue;
-      const GridPoint a = point(f->vertex(0)), b = point(f->vertex(1)), c = point(f->vertex(2));
-      const double bx = double(b.x - a.x), by = double(b.y - a.y), cx = double(c.x - a.x), cy = double(c.y - a.y);
-      const double d = 2 * (bx * cy - by * cx), b2 = bx * bx + by * by, c2 = cx * cx + cy * cy;
-      const GridPoint p{a.x + std::llround((cy * b2 - by * c2) / d), a.y + std::llround((bx * c2 - cx * b2) / d)};
+      const GridPoint p = rounded_circumcenter(point(f->vertex(0)), point(f->vertex(1)), point(f->vertex(2)), shortest);
       Cdt::Face_handle hint = f;
       if (!insert_free(p, hint, options_.shortest, nullptr)) continue;
       Cdt::Face_circulator circulator = cdt_.incident_faces(handles_.back()), begin = circulator;
@@ -336,9 +346,18 @@ private:
     };
     chains(plane_.below_path, mesh.below_chain);
     chains(plane_.above_path, mesh.above_chain);
-    contour_.resize(points_.size(), 0);
-    std::fill(contour_.begin(), contour_.begin() + std::ptrdiff_t(plane_.overlay.vertices.size()), 1);
-    mesh.fixed = contour_;
+    // Without the frame.
+    const auto drop_frame = [&](std::int32_t& v) {
+      if (std::size_t(v) >= frame_) v -= 4;
+    };
+    for (auto& t : mesh.triangles)
+      for (std::int32_t& v : t) drop_frame(v);
+    for (auto* all : {&mesh.below_chain, &mesh.above_chain})
+      for (auto& chain : *all)
+        for (std::int32_t& v : chain) drop_frame(v);
+    points_.erase(points_.begin() + std::ptrdiff_t(frame_), points_.begin() + std::ptrdiff_t(frame_) + 4);
+    contour_.erase(contour_.begin() + std::ptrdiff_t(frame_), contour_.begin() + std::ptrdiff_t(frame_) + 4);
+    mesh.fixed = std::move(contour_);
     mesh.vertices = std::move(points_);
     return mesh;
   }
@@ -348,7 +367,7 @@ private:
   std::vector<GridPoint> points_;
   std::vector<Cdt::Vertex_handle> handles_;
   std::vector<char> contour_;
-  std::size_t fixed_count_ = 0;
+  std::size_t frame_;  // index of the first of the four vertices of the frame
   std::vector<Sub> subs_;
   std::unordered_map<std::uint64_t, std::int32_t> sub_of_;
   std::vector<Cdt::Face_handle> zone_;
