@@ -48,6 +48,7 @@ inline constexpr double kOpeningShare = 0.8;         // differences narrower tha
 inline constexpr double kSimplifyShare = 0.1;        // tolerance of simplification
 inline constexpr double kShortEdgeShare = 0.9;       // edges shorter than this are worth ...
 inline constexpr double kShortToleranceShare = 0.3;  // ... this tolerance
+inline constexpr double kSnapShare = 0.25;           // vertices this near to one below move onto it
 inline constexpr double kResolutionShare = 0.005;    // resolution of the measured deviation
 
 /// Splits edges longer than `longest` pitches evenly. `skip` (#E, may be empty) edges stay.

@@ -15,6 +15,7 @@
 
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/arrange/segment_index.hpp"
+#include "slice2mesh/harmonize/merge.hpp"
 #include "slice2mesh/harmonize/simplify.hpp"
 #include "slice2mesh/triangulate/planar.hpp"
 
@@ -192,6 +193,9 @@ private:
   const std::vector<std::array<std::int32_t, 3>>& neighbor_;
   std::vector<char> kept_;
 };
+
+/// Edges of the result below this share of the width are merged.
+inline constexpr double kMergeShare = 0.5;
 
 /// `below` where `own` differs from it by less than `width` (pitches), `own` elsewhere. New vertices are simplified
 /// within `limits`; vertices and edges of `below` stay as they are.
@@ -466,11 +470,23 @@ private:
 
   Outline outline;
   outline.vertices = std::move(points);
-  std::vector<char> fixed(outline.vertices.size(), 0);
+  std::vector<Bond> bond(outline.vertices.size(), Bond::Free);
+  std::vector<char> old_edge;
   for (const OutlinePiece& p : join_pieces(pieces, outline.vertices.size())) {
     outline.edges.push_back({p.a, p.b, p.left, p.right});
-    if (p.parent != kNone && p.parent < below_edges) fixed[std::size_t(p.a)] = fixed[std::size_t(p.b)] = 1;
+    old_edge.push_back(p.parent != kNone && p.parent < below_edges);
+    if (old_edge.back()) bond[std::size_t(p.a)] = bond[std::size_t(p.b)] = Bond::OnEdge;
   }
+  {
+    std::vector<GridPoint> old_vertices = below.vertices;
+    std::sort(old_vertices.begin(), old_vertices.end());
+    for (std::size_t v = 0; v < bond.size(); ++v)
+      if (bond[v] == Bond::OnEdge && std::binary_search(old_vertices.begin(), old_vertices.end(), outline.vertices[v]))
+        bond[v] = Bond::OnVertex;
+  }
+  merge_short_edges(outline, bond, old_edge, kMergeShare * width);
+  std::vector<char> fixed(outline.vertices.size(), 0);
+  for (std::size_t v = 0; v < bond.size(); ++v) fixed[v] = bond[v] != Bond::Free;
   simplify(outline, fixed, limits);
   normalize(outline);
   return outline;

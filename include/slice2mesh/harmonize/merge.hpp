@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: MIT
+/// @file
+/// @brief Short edges of a new outline, merged onto the outline below.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "slice2mesh/arrange/exact.hpp"
+#include "slice2mesh/arrange/outline.hpp"
+#include "slice2mesh/harmonize/simplify.hpp"
+
+namespace slice2mesh::detail {
+
+/// What binds a vertex of a new outline: nothing, an edge of the outline below, or a vertex of it.
+enum class Bond : std::uint8_t { Free, OnEdge, OnVertex };
+
+/// Is there no vertex but u, v, w in the closed triangle u, v, w (or on the segment, if it is flat)? Exact. `skip(x)` tells vertices that do not count.
+template <class Skip>
+[[nodiscard]] bool triangle_is_empty(const VertexIndex& index, const std::vector<GridPoint>& points, std::int32_t u, std::int32_t v, std::int32_t w, Skip&& skip) {
+  const GridPoint pu = points[std::size_t(u)], pv = points[std::size_t(v)], pw = points[std::size_t(w)];
+  const int turn = orientation(pu, pv, pw);
+  const GridPoint low{std::min({pu.x, pv.x, pw.x}), std::min({pu.y, pv.y, pw.y})};
+  const GridPoint high{std::max({pu.x, pv.x, pw.x}), std::max({pu.y, pv.y, pw.y})};
+  return !index.any_in_box(low, high, [&](std::int32_t x) {
+    if (x == u || x == v || x == w || skip(x)) return false;
+    const GridPoint& p = points[std::size_t(x)];
+    if (p.x < low.x || p.x > high.x || p.y < low.y || p.y > high.y) return false;
+    const int a = orientation(pu, pv, p), b = orientation(pv, pw, p), c = orientation(pw, pu, p);
+    if (turn == 0) return a == 0 && b == 0 && c == 0;
+    return a * turn >= 0 && b * turn >= 0 && c * turn >= 0;
+  });
+}
+
+/// Collapses edges shorter than `limit` (pitches): a free vertex into its neighbor, a vertex on an edge of the outline below
+/// along that edge. `old_edge[e]`: edge e is a part of the outline below. Only where nothing lies in the way.
+inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, const std::vector<char>& old_edge, double limit) {
+  const std::size_t count = outline.vertices.size();
+  std::vector<std::vector<std::int32_t>> edges_at(count);
+  for (std::size_t e = 0; e < outline.edges.size(); ++e) {
+    edges_at[std::size_t(outline.edges[e].a)].push_back(std::int32_t(e));
+    edges_at[std::size_t(outline.edges[e].b)].push_back(std::int32_t(e));
+  }
+  const auto length_of = [&](std::int32_t e) {
+    return distance(outline.vertices[std::size_t(outline.edges[std::size_t(e)].a)], outline.vertices[std::size_t(outline.edges[std::size_t(e)].b)]);
+  };
+  std::vector<std::int32_t> order;
+  double total = 0;
+  for (std::size_t e = 0; e < outline.edges.size(); ++e) {
+    const double length = length_of(std::int32_t(e));
+    total += length;
+    if (length < limit) order.push_back(std::int32_t(e));
+  }
+  if (order.empty()) return;
+  std::sort(order.begin(), order.end(), [&](std::int32_t e, std::int32_t f) {
+    const double le = length_of(e), lf = length_of(f);
+    return le != lf ? le < lf : e < f;
+  });
+  const VertexIndex index(outline.vertices, std::max(1.0, total / double(outline.edges.size())));
+  std::vector<char> alive(outline.edges.size(), 1), gone(count, 0), is_old = old_edge;
+  // Vertices without edges (left over from joined pieces) do not stand in the way.
+  for (std::size_t v = 0; v < count; ++v) gone[v] = edges_at[v].empty();
+  const auto other_end = [&](std::int32_t e, std::int32_t v) {
+    const Outline::Edge& edge = outline.edges[std::size_t(e)];
+    return edge.a == v ? edge.b : edge.a;
+  };
+  const auto drop = [&](std::int32_t e, std::int32_t v) {
+    auto& list = edges_at[std::size_t(v)];
+    list.erase(std::find(list.begin(), list.end(), e));
+    if (list.empty()) gone[std::size_t(v)] = 1;
+  };
+  for (const std::int32_t e : order) {
+    if (!alive[std::size_t(e)] || length_of(e) >= limit) continue;
+    std::int32_t v = outline.edges[std::size_t(e)].a, w = outline.edges[std::size_t(e)].b;
+    if (bond[std::size_t(v)] > bond[std::size_t(w)]) std::swap(v, w);
+    // v goes into w.
+    bool possible = bond[std::size_t(v)] != Bond::OnVertex;
+    if (possible && bond[std::size_t(v)] == Bond::OnEdge) {
+      possible = is_old[std::size_t(e)] != 0;
+      if (!possible && bond[std::size_t(w)] == Bond::Free) possible = false;
+    }
+    for (const std::int32_t f : edges_at[std::size_t(v)]) {
+      if (!possible) break;
+      if (f == e) continue;
+      const std::int32_t x = other_end(f, v);
+      possible = triangle_is_empty(index, outline.vertices, v, w, x, [&](std::int32_t y) { return gone[std::size_t(y)] != 0; });
+      // An edge that ends on w's side of the way must not be swept over: its vertex would lie in the triangle, unless it ends in w.
+    }
+    if (!possible) continue;
+    drop(e, v);
+    drop(e, w);
+    alive[std::size_t(e)] = 0;
+    const std::vector<std::int32_t> moved = edges_at[std::size_t(v)];
+    edges_at[std::size_t(v)].clear();
+    gone[std::size_t(v)] = 1;
+    for (const std::int32_t f : moved) {
+      Outline::Edge& edge = outline.edges[std::size_t(f)];
+      const std::int32_t x = other_end(f, v);
+      std::int32_t twin = kNone;
+      for (const std::int32_t g : edges_at[std::size_t(w)])
+        if (other_end(g, w) == x) twin = g;
+      if (twin == kNone) {
+        (edge.a == v ? edge.a : edge.b) = w;
+        edges_at[std::size_t(w)].push_back(f);
+        continue;
+      }
+      // Two edges come to lie on each other, and the region between them vanishes.
+      Outline::Edge& stays = outline.edges[std::size_t(twin)];
+      const bool turn = orientation(outline.vertices[std::size_t(w)], outline.vertices[std::size_t(v)], outline.vertices[std::size_t(x)]) > 0;
+      // Seen from w to x: with a left turn w, v, x the way over v lies on the right of the edge w x.
+      std::int32_t moved_left = edge.a == v ? edge.left : edge.right, moved_right = edge.a == v ? edge.right : edge.left;
+      std::int32_t left = stays.a == w ? stays.left : stays.right, right = stays.a == w ? stays.right : stays.left;
+      if (turn) right = moved_right;
+      else left = moved_left;
+      alive[std::size_t(f)] = 0;
+      drop(f, x);
+      if (left == right) {
+        alive[std::size_t(twin)] = 0;
+        drop(twin, w);
+        drop(twin, x);
+      } else {
+        stays.left = stays.a == w ? left : right;
+        stays.right = stays.a == w ? right : left;
+        is_old[std::size_t(twin)] = is_old[std::size_t(twin)] || is_old[std::size_t(f)];
+      }
+    }
+  }
+  std::vector<Outline::Edge> edges;
+  for (std::size_t e = 0; e < outline.edges.size(); ++e)
+    if (alive[e]) edges.push_back(outline.edges[e]);
+  outline.edges = std::move(edges);
+}
+
+/// Moves vertices of an outline onto vertices of the outline below that are nearer than `limit` (pitches), each onto the
+/// nearest, where nothing lies in the way. What both have in common then coincides exactly.
+inline void snap_vertices(Outline& outline, const Outline& below, double limit) {
+  if (outline.vertices.empty() || below.vertices.empty()) return;
+  const VertexIndex targets(below.vertices, std::max(1.0, limit * 4));
+  struct Move {
+    double length;
+    std::int32_t vertex, target;
+  };
+  std::vector<Move> moves;
+  const auto reach = std::int64_t(std::ceil(limit));
+  for (std::size_t v = 0; v < outline.vertices.size(); ++v) {
+    const GridPoint p = outline.vertices[v];
+    Move best{limit, std::int32_t(v), kNone};
+    targets.any_in_box({p.x - reach, p.y - reach}, {p.x + reach, p.y + reach}, [&](std::int32_t t) {
+      const double d = distance(p, below.vertices[std::size_t(t)]);
+      if (d < best.length || (d == best.length && best.target != kNone && below.vertices[std::size_t(t)] < below.vertices[std::size_t(best.target)]))
+        best = {d, std::int32_t(v), t};
+      return false;
+    });
+    if (best.target != kNone && best.length > 0) moves.push_back(best);
+  }
+  if (moves.empty()) return;
+  std::sort(moves.begin(), moves.end(), [](const Move& m, const Move& n) { return m.length != n.length ? m.length < n.length : m.vertex < n.vertex; });
+  std::vector<std::vector<std::int32_t>> neighbors(outline.vertices.size());
+  double total = 0;
+  for (const Outline::Edge& e : outline.edges) {
+    neighbors[std::size_t(e.a)].push_back(e.b);
+    neighbors[std::size_t(e.b)].push_back(e.a);
+    total += distance(outline.vertices[std::size_t(e.a)], outline.vertices[std::size_t(e.b)]);
+  }
+  // Targets take part as points of their own, so that the way of a vertex is judged on where things are now: a vertex that
+  // has moved counts at its new place through its target, and no longer at the old one.
+  std::vector<GridPoint> points = outline.vertices;
+  const auto first = std::int32_t(points.size());
+  for (const Move& m : moves) points.push_back(below.vertices[std::size_t(m.target)]);
+  const VertexIndex index(points, std::max(1.0, total / double(outline.edges.size())));
+  std::vector<char> present(points.size(), 0);
+  std::fill(present.begin(), present.begin() + first, 1);
+  std::vector<std::int32_t> at(outline.vertices.size());  // index into points where a vertex is now
+  for (std::size_t v = 0; v < at.size(); ++v) at[v] = std::int32_t(v);
+  std::vector<char> taken(below.vertices.size(), 0);
+  for (std::size_t k = 0; k < moves.size(); ++k) {
+    const Move& m = moves[k];
+    if (taken[std::size_t(m.target)]) continue;
+    const std::int32_t to = first + std::int32_t(k);
+    bool possible = true;
+    for (const std::int32_t x : neighbors[std::size_t(m.vertex)]) {
+      possible = possible && triangle_is_empty(index, points, at[std::size_t(m.vertex)], to, at[std::size_t(x)],
+                                               [&](std::int32_t y) { return !present[std::size_t(y)]; });
+    }
+    if (!possible) continue;
+    present[std::size_t(at[std::size_t(m.vertex)])] = 0;
+    present[std::size_t(to)] = 1;
+    at[std::size_t(m.vertex)] = to;
+    taken[std::size_t(m.target)] = 1;
+  }
+  for (std::size_t v = 0; v < at.size(); ++v) outline.vertices[v] = points[std::size_t(at[v])];
+}
+
+}  // namespace slice2mesh::detail
