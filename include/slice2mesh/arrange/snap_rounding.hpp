@@ -182,22 +182,19 @@ private:
 
 }  // namespace detail
 
-/// The snap-rounded arrangement of segments; zero-length segments are dropped. `points` become vertices even where no
-/// segment ends.
-/// Precondition: coordinates within kGridLimit (not checked here; `make_grid` sees to it).
-/// Cost: O(n log n + k) for evenly spread segments with k crossings.
-[[nodiscard]] inline Arrangement snap_round(const std::vector<TaggedSegment>& segments,
-                                            const std::vector<GridPoint>& points = {}) {
+namespace detail {
+
+/// Snap rounding in cells of one unit.
+[[nodiscard]] inline Arrangement snap_round_unit(const std::vector<TaggedSegment>& segments) {
   using detail::Buckets;
   Arrangement result;
   std::vector<GridPoint>& hot = result.vertices;
-  hot.reserve(segments.size() + points.size());
+  hot.reserve(segments.size());
   for (const TaggedSegment& s : segments) {
     if (s.from == s.to) continue;
     hot.push_back(s.from);
     hot.push_back(s.to);
   }
-  hot.insert(hot.end(), points.begin(), points.end());
   if (hot.empty()) return result;
   const auto make_unique = [&] {
     std::sort(hot.begin(), hot.end());
@@ -336,6 +333,120 @@ private:
     result.edges.push_back(edge);
     i = j;
   }
+  return result;
+}
+
+}  // namespace detail
+
+/// End points within so many steps of another segment are taken to lie on it.
+inline constexpr double kAttachSteps = 2;
+
+/// Which vertices segments are led through although they do not meet their cells.
+struct Attachment {
+  double near = 0;                ///< every segment goes through every end point this near to it; in pitches
+  std::vector<GridPoint> strong;  ///< segments with a tag below `strong_tags` also go through these points ...
+  double strong_near = 0;         ///< ... where they are this near, in pitches
+  std::int32_t strong_tags = 0;
+};
+
+/// The snap-rounded arrangement of segments, in cells of kContourStep; zero-length segments are dropped.
+///
+/// An end point that lies just beside another segment makes a crossing that is rounded to a cell beside the end point's
+/// own. To keep such twins out, segments are first led through the points that `attachment` names. Precondition:
+/// coordinates are multiples of kContourStep within kGridLimit (not checked here; `to_grid` sees to it). Cost: O(n log
+/// n + k) for evenly spread segments with k crossings.
+[[nodiscard]] inline Arrangement snap_round(const std::vector<TaggedSegment>& segments,
+                                            const Attachment& attachment = {}) {
+  using detail::Buckets;
+  std::vector<TaggedSegment> pieces;
+  std::vector<std::size_t> first_piece;
+  pieces.reserve(segments.size());
+  std::vector<GridPoint> ends;
+  const double reach = std::max(attachment.near, attachment.strong_near);
+  std::vector<std::size_t> start, items;
+  std::size_t weak = 0;
+  GridPoint low, high;
+  if (reach > 0 && !segments.empty()) {
+    for (const TaggedSegment& s : segments) {
+      ends.push_back(s.from);
+      ends.push_back(s.to);
+    }
+    const auto make_unique = [](std::vector<GridPoint>& points) {
+      std::sort(points.begin(), points.end());
+      points.erase(std::unique(points.begin(), points.end()), points.end());
+    };
+    make_unique(ends);
+    weak = ends.size();
+    ends.insert(ends.end(), attachment.strong.begin(), attachment.strong.end());
+    low = high = ends.front();
+    for (const GridPoint& p : ends) {
+      low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+      high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+    }
+  }
+  const Buckets buckets(low, high, ends.size());
+  if (!ends.empty()) {
+    start.assign(buckets.size() + 1, 0);
+    for (const GridPoint& p : ends) ++start[buckets.of(p) + 1];
+    for (std::size_t c = 1; c < start.size(); ++c) start[c] += start[c - 1];
+    items.resize(ends.size());
+    std::vector<std::size_t> next(start.begin(), start.end() - 1);
+    for (std::size_t i = 0; i < ends.size(); ++i) items[next[buckets.of(ends[i])]++] = i;
+  }
+  const auto scaled = [](const GridPoint& p) { return GridPoint{p.x / kContourStep, p.y / kContourStep}; };
+  std::vector<std::size_t> on;
+  for (const TaggedSegment& s : segments) {
+    first_piece.push_back(pieces.size());
+    on.clear();
+    if (!ends.empty() && s.from != s.to) {
+      buckets.for_each_on(s.from, s.to, static_cast<std::int64_t>(reach) + 1, [&](std::size_t cell) {
+        for (std::size_t i = start[cell]; i < start[cell + 1]; ++i) {
+          const GridPoint& p = ends[items[i]];
+          if (p == s.from || p == s.to) continue;
+          const bool is_strong = items[i] >= weak;
+          if (is_strong && s.tag >= attachment.strong_tags) continue;
+          if (detail::dot(s.from, s.to, p) <= 0 || detail::dot(s.to, s.from, p) <= 0) continue;
+          if (detail::segment_distance(p, s.from, s.to) <= (is_strong ? attachment.strong_near : attachment.near))
+            on.push_back(items[i]);
+        }
+      });
+      // In the order of the canonical direction, so that a segment and its reverse take the same way.
+      const GridPoint& origin = std::min(s.from, s.to);
+      const GridPoint& far = std::max(s.from, s.to);
+      std::sort(on.begin(), on.end(), [&](std::size_t i, std::size_t j) {
+        const detail::Int128 di = detail::dot(origin, far, ends[i]), dj = detail::dot(origin, far, ends[j]);
+        return di != dj ? di < dj : ends[i] < ends[j];
+      });
+      if (origin != s.from) std::reverse(on.begin(), on.end());
+    }
+    GridPoint last = s.from;
+    for (const std::size_t i : on) {
+      if (ends[i] == last) continue;
+      pieces.push_back({scaled(last), scaled(ends[i]), s.tag});
+      last = ends[i];
+    }
+    pieces.push_back({scaled(last), scaled(s.to), s.tag});
+  }
+  first_piece.push_back(pieces.size());
+  Arrangement result = detail::snap_round_unit(pieces);
+  for (GridPoint& p : result.vertices) p = {p.x * kContourStep, p.y * kContourStep};
+  // Chains of the segments from those of their pieces.
+  Arrangement chained;
+  chained.chain_start.push_back(0);
+  for (std::size_t s = 0; s < segments.size(); ++s) {
+    bool any = false;
+    for (std::size_t p = first_piece[s]; p < first_piece[s + 1]; ++p) {
+      const std::vector<std::int32_t> path = result.path(p);
+      if (path.empty()) continue;
+      chained.chains.insert(chained.chains.end(), path.begin() + (any ? 1 : 0), path.end());
+      any = true;
+    }
+    chained.segment_chain.push_back(any ? static_cast<std::int32_t>(chained.chain_start.size()) - 1 : -1);
+    if (any) chained.chain_start.push_back(static_cast<std::int32_t>(chained.chains.size()));
+  }
+  result.chains = std::move(chained.chains);
+  result.chain_start = std::move(chained.chain_start);
+  result.segment_chain = std::move(chained.segment_chain);
   return result;
 }
 

@@ -61,8 +61,7 @@ inline void subdivide(Outline& outline, double longest) {
     const auto pieces = static_cast<std::int64_t>(std::ceil(distance(a, b) / longest));
     std::int32_t last = e.a;
     for (std::int64_t i = 1; i < pieces; ++i) {
-      const GridPoint p{a.x + std::int64_t(std::llround(double(b.x - a.x) * double(i) / double(pieces))),
-                        a.y + std::int64_t(std::llround(double(b.y - a.y) * double(i) / double(pieces)))};
+      const GridPoint p = contour_point_between(a, b, double(i) / double(pieces));
       outline.vertices.push_back(p);
       const auto v = static_cast<std::int32_t>(outline.vertices.size()) - 1;
       edges.push_back({last, v, e.left, e.right});
@@ -106,8 +105,8 @@ inline void subdivide(Outline& outline, double longest) {
   for (std::size_t s = 0; s < input.slabs.size(); ++s) {
     report(progress, Stage::Harmonize, double(s) / double(input.slabs.size()));
     const Outline& own = input.outlines[s];
-    // Below a thousand pitches a tolerance means nothing on the grid: contours stay as they are.
-    constexpr double kSmallestEps = 1000;
+    // Below this many pitches a tolerance means nothing on the grid: contours stay as they are.
+    constexpr double kSmallestEps = 64 * double(kContourStep);
     if (eps < kSmallestEps) {
       result.outlines.push_back(own);
       result.deviation.push_back(0);

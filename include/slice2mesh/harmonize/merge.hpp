@@ -19,9 +19,11 @@ namespace slice2mesh::detail {
 /// What binds a vertex of a new outline: nothing, an edge of the outline below, or a vertex of it.
 enum class Bond : std::uint8_t { Free, OnEdge, OnVertex };
 
-/// Is there no vertex but u, v, w in the closed triangle u, v, w (or on the segment, if it is flat)? Exact. `skip(x)` tells vertices that do not count.
+/// Is there no vertex but u, v, w in the closed triangle u, v, w (or on the segment, if it is flat)? Exact. `skip(x)`
+/// tells vertices that do not count.
 template <class Skip>
-[[nodiscard]] bool triangle_is_empty(const VertexIndex& index, const std::vector<GridPoint>& points, std::int32_t u, std::int32_t v, std::int32_t w, Skip&& skip) {
+[[nodiscard]] bool triangle_is_empty(const VertexIndex& index, const std::vector<GridPoint>& points, std::int32_t u,
+                                     std::int32_t v, std::int32_t w, Skip&& skip) {
   const GridPoint pu = points[std::size_t(u)], pv = points[std::size_t(v)], pw = points[std::size_t(w)];
   const int turn = orientation(pu, pv, pw);
   const GridPoint low{std::min({pu.x, pv.x, pw.x}), std::min({pu.y, pv.y, pw.y})};
@@ -36,9 +38,10 @@ template <class Skip>
   });
 }
 
-/// Collapses edges shorter than `limit` (pitches): a free vertex into its neighbor, a vertex on an edge of the outline below
-/// along that edge. `old_edge[e]`: edge e is a part of the outline below. Only where nothing lies in the way.
-inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, const std::vector<char>& old_edge, double limit) {
+/// Collapses edges shorter than `limit` (pitches): a free vertex into its neighbor, a vertex on an edge of the outline
+/// below along that edge. `old_edge[e]`: edge e is a part of the outline below. Only where nothing lies in the way.
+inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, const std::vector<char>& old_edge,
+                              double limit) {
   const std::size_t count = outline.vertices.size();
   std::vector<std::vector<std::int32_t>> edges_at(count);
   for (std::size_t e = 0; e < outline.edges.size(); ++e) {
@@ -46,7 +49,8 @@ inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, c
     edges_at[std::size_t(outline.edges[e].b)].push_back(std::int32_t(e));
   }
   const auto length_of = [&](std::int32_t e) {
-    return distance(outline.vertices[std::size_t(outline.edges[std::size_t(e)].a)], outline.vertices[std::size_t(outline.edges[std::size_t(e)].b)]);
+    return distance(outline.vertices[std::size_t(outline.edges[std::size_t(e)].a)],
+                    outline.vertices[std::size_t(outline.edges[std::size_t(e)].b)]);
   };
   std::vector<std::int32_t> order;
   double total = 0;
@@ -87,8 +91,10 @@ inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, c
       if (!possible) break;
       if (f == e) continue;
       const std::int32_t x = other_end(f, v);
-      possible = triangle_is_empty(index, outline.vertices, v, w, x, [&](std::int32_t y) { return gone[std::size_t(y)] != 0; });
-      // An edge that ends on w's side of the way must not be swept over: its vertex would lie in the triangle, unless it ends in w.
+      possible = triangle_is_empty(index, outline.vertices, v, w, x,
+                                   [&](std::int32_t y) { return gone[std::size_t(y)] != 0; });
+      // An edge that ends on w's side of the way must not be swept over: its vertex would lie in the triangle, unless
+      // it ends in w.
     }
     if (!possible) continue;
     drop(e, v);
@@ -110,12 +116,16 @@ inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, c
       }
       // Two edges come to lie on each other, and the region between them vanishes.
       Outline::Edge& stays = outline.edges[std::size_t(twin)];
-      const bool turn = orientation(outline.vertices[std::size_t(w)], outline.vertices[std::size_t(v)], outline.vertices[std::size_t(x)]) > 0;
+      const bool turn = orientation(outline.vertices[std::size_t(w)], outline.vertices[std::size_t(v)],
+                                    outline.vertices[std::size_t(x)]) > 0;
       // Seen from w to x: with a left turn w, v, x the way over v lies on the right of the edge w x.
-      std::int32_t moved_left = edge.a == v ? edge.left : edge.right, moved_right = edge.a == v ? edge.right : edge.left;
+      std::int32_t moved_left = edge.a == v ? edge.left : edge.right,
+                   moved_right = edge.a == v ? edge.right : edge.left;
       std::int32_t left = stays.a == w ? stays.left : stays.right, right = stays.a == w ? stays.right : stays.left;
-      if (turn) right = moved_right;
-      else left = moved_left;
+      if (turn)
+        right = moved_right;
+      else
+        left = moved_left;
       alive[std::size_t(f)] = 0;
       drop(f, x);
       if (left == right) {
@@ -135,8 +145,8 @@ inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, c
   outline.edges = std::move(edges);
 }
 
-/// Moves vertices of an outline onto vertices of the outline below that are nearer than `limit` (pitches), each onto the
-/// nearest, where nothing lies in the way. What both have in common then coincides exactly.
+/// Moves vertices of an outline onto vertices of the outline below that are nearer than `limit` (pitches), each onto
+/// the nearest, where nothing lies in the way. What both have in common then coincides exactly.
 inline void snap_vertices(Outline& outline, const Outline& below, double limit) {
   if (outline.vertices.empty() || below.vertices.empty()) return;
   const VertexIndex targets(below.vertices, std::max(1.0, limit * 4));
@@ -151,14 +161,17 @@ inline void snap_vertices(Outline& outline, const Outline& below, double limit) 
     Move best{limit, std::int32_t(v), kNone};
     targets.any_in_box({p.x - reach, p.y - reach}, {p.x + reach, p.y + reach}, [&](std::int32_t t) {
       const double d = distance(p, below.vertices[std::size_t(t)]);
-      if (d < best.length || (d == best.length && best.target != kNone && below.vertices[std::size_t(t)] < below.vertices[std::size_t(best.target)]))
+      if (d < best.length || (d == best.length && best.target != kNone &&
+                              below.vertices[std::size_t(t)] < below.vertices[std::size_t(best.target)]))
         best = {d, std::int32_t(v), t};
       return false;
     });
     if (best.target != kNone && best.length > 0) moves.push_back(best);
   }
   if (moves.empty()) return;
-  std::sort(moves.begin(), moves.end(), [](const Move& m, const Move& n) { return m.length != n.length ? m.length < n.length : m.vertex < n.vertex; });
+  std::sort(moves.begin(), moves.end(), [](const Move& m, const Move& n) {
+    return m.length != n.length ? m.length < n.length : m.vertex < n.vertex;
+  });
   std::vector<std::vector<std::int32_t>> neighbors(outline.vertices.size());
   double total = 0;
   for (const Outline::Edge& e : outline.edges) {
@@ -166,8 +179,8 @@ inline void snap_vertices(Outline& outline, const Outline& below, double limit) 
     neighbors[std::size_t(e.b)].push_back(e.a);
     total += distance(outline.vertices[std::size_t(e.a)], outline.vertices[std::size_t(e.b)]);
   }
-  // Targets take part as points of their own, so that the way of a vertex is judged on where things are now: a vertex that
-  // has moved counts at its new place through its target, and no longer at the old one.
+  // Targets take part as points of their own, so that the way of a vertex is judged on where things are now: a vertex
+  // that has moved counts at its new place through its target, and no longer at the old one.
   std::vector<GridPoint> points = outline.vertices;
   const auto first = std::int32_t(points.size());
   for (const Move& m : moves) points.push_back(below.vertices[std::size_t(m.target)]);

@@ -100,8 +100,9 @@ struct PocketVertex {
 };
 
 /// Decides which triangles of wide pockets stay. A triangle that spans from one outline to the other with no far corner
-/// lies in a band narrower than the width and goes. Triangles between two stretches of the same outline (a spike, a
-/// wall, a gap of the part's own) stay wherever they lead to something far; so do corners and short necks.
+/// lies in a band narrower than the width and goes, and so does one between points that both have in common. Triangles
+/// between two stretches of the same outline (a spike, a wall, a gap of the part's own) stay wherever they lead to
+/// something far; so do corners and short necks.
 class PocketSelection {
 public:
   /// `triangles`: #T by 3; `neighbor`: #T by 3, kNone outside of the pocket.
@@ -118,7 +119,7 @@ public:
         own_only = own_only || (vertex.on_own && !vertex.on_below);
         below_only = below_only || (vertex.on_below && !vertex.on_own);
       }
-      kept_[t] = far[t] || !(own_only && below_only);
+      kept_[t] = far[t] || own_only != below_only;
     }
     drop_parts_without(far);
     thin_parts();
@@ -196,6 +197,8 @@ private:
 
 /// Edges of the result below this share of the width are merged.
 inline constexpr double kMergeShare = 0.5;
+/// The own outline is led through vertices of the one below that are within this share of the width.
+inline constexpr double kAttachShare = 0.2;
 
 /// `below` where `own` differs from it by less than `width` (pitches), `own` elsewhere. New vertices are simplified
 /// within `limits`; vertices and edges of `below` stay as they are.
@@ -204,7 +207,12 @@ inline constexpr double kMergeShare = 0.5;
   std::vector<TaggedSegment> segments;
   append_segments(own, 0, segments);
   append_segments(below, regions, segments);
-  const Arrangement arrangement = snap_round(segments);
+  Attachment attachment;
+  attachment.near = kAttachSteps * double(kContourStep);
+  attachment.strong = below.vertices;
+  attachment.strong_near = kAttachShare * width;
+  attachment.strong_tags = regions;
+  const Arrangement arrangement = snap_round(segments, attachment);
   const PlanarTriangulation triangulation = triangulate(arrangement);
   const ArrangementFaces faces = find_faces(arrangement, triangulation);
   const std::size_t face_count = faces.windings.size();
@@ -340,17 +348,38 @@ inline constexpr double kMergeShare = 0.5;
         f = f->neighbor(i);
         i = j;
       }
+      const GridPoint m = contour_point_between(a, b, 0.5);
+      // An edge that is far from the other outline in its middle shows that by a vertex there.
+      const bool own_edge = is_own_edge(std::size_t(sub.edge));
+      if (!encroached && own_edge != is_below_edge(std::size_t(sub.edge))) {
+        const SegmentIndex& other = own_edge ? below_index : own_index;
+        const auto far = [&](const GridPoint& p) { return other.distance(p, width) >= width; };
+        encroached = far(m) && !(far(a) && far(b));
+      }
       if (!encroached) continue;
-      const GridPoint m{a.x + (b.x - a.x) / 2, a.y + (b.y - a.y) / 2};
-      cdt.remove_constrained_edge(f, i);
-      const Cdt::Vertex_handle v = cdt.insert(to_cdt_point(m), f);
+      if (m == a || m == b) continue;
+      // The rounded middle may lie beside the edge: the four triangles around it must turn left all the same.
+      bool room = true;
+      for (int side = 0; side < 2; ++side) {
+        const bool left = f->vertex(Cdt::ccw(i))->info() == sub.a;
+        const GridPoint &u = left ? a : b, &w = left ? b : a;
+        if (cdt.is_infinite(f)) {
+          room = room && orientation(u, w, m) >= 0;
+        } else {
+          const GridPoint c = local_points[std::size_t(f->vertex(i)->info())];
+          room = room && orientation(u, m, c) > 0 && orientation(m, w, c) > 0;
+        }
+        const int j = cdt.mirror_index(f, i);
+        f = f->neighbor(i);
+        i = j;
+      }
+      if (!room) continue;
+      const Cdt::Vertex_handle v = cdt.insert(to_cdt_point(m), Cdt::EDGE, f, i);
       v->info() = std::int32_t(local_points.size());
       handle.push_back(v);
       local_points.push_back(m);
       global.push_back(std::int32_t(points.size()));
       points.push_back(m);
-      insert_edge(cdt, handle[std::size_t(sub.a)], v, Stage::Harmonize);
-      insert_edge(cdt, v, handle[std::size_t(sub.b)], Stage::Harmonize);
       sub_of.erase(edge_key(sub.a, sub.b));
       const auto t = std::int32_t(subs.size());
       subs[std::size_t(s)].b = v->info();

@@ -16,14 +16,14 @@
 
 namespace slice2mesh {
 
-/// One plane with the overlay of both contours. This is the paper's lifting data (Algorithm 1): `below_image[v]` is where vertex v of
-/// the slab below comes to lie, `below_path[e]` are the splits of its edge e at the slab's top; `above_*` the same for the
-/// slab above and its bottom.
+/// One plane with the overlay of both contours. This is the paper's lifting data (Algorithm 1): `below_image[v]` is
+/// where vertex v of the slab below comes to lie, `below_path[e]` are the splits of its edge e at the slab's top;
+/// `above_*` the same for the slab above and its bottom.
 struct InterfacePlane {
-  double z = 0;                     ///< mm
+  double z = 0;  ///< mm
   std::int32_t slab_below = kNone;
   std::int32_t slab_above = kNone;
-  Arrangement overlay;              ///< vertices and edges of both contours
+  Arrangement overlay;                     ///< vertices and edges of both contours
   std::vector<std::array<Side, 2>> left;   ///< #E by 2: cell below and cell above the face on the left of edge a -> b
   std::vector<std::array<Side, 2>> right;  ///< #E by 2: the same on the right
   std::vector<std::int32_t> below_image;   ///< #V of the outline below: vertex of the overlay
@@ -46,8 +46,10 @@ struct InterfacePlane {
   slab_planes.assign(slabs.size(), {kNone, kNone});
   for (std::size_t s = 0; s < slabs.size(); ++s) {
     const auto i = static_cast<std::int32_t>(s);
-    if (s > 0 && slabs[s - 1].z_high == slabs[s].z_low) planes.back().second = i;
-    else planes.emplace_back(kNone, i);
+    if (s > 0 && slabs[s - 1].z_high == slabs[s].z_low)
+      planes.back().second = i;
+    else
+      planes.emplace_back(kNone, i);
     slab_planes[s][0] = static_cast<std::int32_t>(planes.size()) - 1;
     planes.emplace_back(i, kNone);
     slab_planes[s][1] = static_cast<std::int32_t>(planes.size()) - 1;
@@ -69,7 +71,9 @@ struct InterfacePlane {
   std::vector<TaggedSegment> segments;
   detail::append_segments(below, 0, segments);
   detail::append_segments(above, regions, segments);
-  plane.overlay = snap_round(segments);
+  Attachment attachment;
+  attachment.near = kAttachSteps * double(kContourStep);
+  plane.overlay = snap_round(segments, attachment);
   const PlanarTriangulation triangulation = triangulate(plane.overlay);
   const ArrangementFaces faces = find_faces(plane.overlay, triangulation);
 
@@ -87,7 +91,8 @@ struct InterfacePlane {
     plane.right.push_back(cells[static_cast<std::size_t>(sides[1])]);
   }
   std::size_t segment = 0;
-  const auto follow = [&](const Outline& outline, std::vector<std::int32_t>& image, std::vector<std::vector<std::int32_t>>& paths) {
+  const auto follow = [&](const Outline& outline, std::vector<std::int32_t>& image,
+                          std::vector<std::vector<std::int32_t>>& paths) {
     image.assign(outline.vertices.size(), kNone);
     for (const Outline::Edge& e : outline.edges) {
       // The first of the edge's segments runs from a to b where there is a region on the left, else from b to a.

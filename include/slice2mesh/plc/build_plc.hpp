@@ -19,11 +19,12 @@ namespace slice2mesh {
 
 namespace detail {
 
-/// Calls triangle(a, b, c) with bottom (lower = true) or top vertices for the strip between two chains that run the same way:
-/// lower(i, i + 1, j) for a bottom edge and the top vertex nearest to its middle, upper(j, j + 1, i) the other way round. A tie
-/// goes to the lexicographically larger top vertex: the rule of the slab filler.
+/// Calls triangle(a, b, c) with bottom (lower = true) or top vertices for the strip between two chains that run the
+/// same way: lower(i, i + 1, j) for a bottom edge and the top vertex nearest to its middle, upper(j, j + 1, i) the
+/// other way round. A tie goes to the lexicographically larger top vertex: the rule of the slab filler.
 template <class Lower, class Upper>
-void for_each_strip_triangle(const std::vector<GridPoint>& bottom, const std::vector<GridPoint>& top, Lower&& lower, Upper&& upper) {
+void for_each_strip_triangle(const std::vector<GridPoint>& bottom, const std::vector<GridPoint>& top, Lower&& lower,
+                             Upper&& upper) {
   std::size_t i = 0, j = 0;
   while (i + 1 < bottom.size() || j + 1 < top.size()) {
     bool advance_bottom = j + 1 == top.size();
@@ -44,12 +45,12 @@ void for_each_strip_triangle(const std::vector<GridPoint>& bottom, const std::ve
 
 }  // namespace detail
 
-/// Assembles the complex: horizontal facets from the triangulations, vertical ones over the contour edges, each the strip
-/// between the edge's splits at its bottom and at its top.
-/// `planes` and `meshes` are those of `plane_slabs`, in that order. With `inner_faces` false only the outer skin is built.
-/// Cost: linear.
+/// Assembles the complex: horizontal facets from the triangulations, vertical ones over the contour edges, each the
+/// strip between the edge's splits at its bottom and at its top. `planes` and `meshes` are those of `plane_slabs`, in
+/// that order. With `inner_faces` false only the outer skin is built. Cost: linear.
 [[nodiscard]] inline Plc build_plc(const Contours& contours, const std::vector<PlaneMesh>& meshes,
-                                   const std::vector<std::array<std::int32_t, 2>>& slab_planes, bool inner_faces = true) {
+                                   const std::vector<std::array<std::int32_t, 2>>& slab_planes,
+                                   bool inner_faces = true) {
   Plc plc;
   plc.grid = contours.grid;
   plc.slabs = contours.slabs;
@@ -89,7 +90,8 @@ void for_each_strip_triangle(const std::vector<GridPoint>& bottom, const std::ve
       const Outline::Edge& edge = outline.edges[e];
       const bool inner = edge.left != kNone && edge.right != kNone;
       if (inner && !inner_faces) continue;
-      const std::vector<std::int32_t>&bottom_chain = meshes[low].above_chain[e], &top_chain = meshes[high].below_chain[e];
+      const std::vector<std::int32_t>&bottom_chain = meshes[low].above_chain[e],
+            &top_chain = meshes[high].below_chain[e];
       bottom.clear();
       top.clear();
       for (const std::int32_t v : bottom_chain) bottom.push_back(meshes[low].vertices[static_cast<std::size_t>(v)]);

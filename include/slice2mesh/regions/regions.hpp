@@ -34,7 +34,7 @@ struct LayerRegions {
   double thickness = 0;                            ///< median of the slabs, mm
 };
 
-/// A grid for everything between two corners (mm): 2^37 pitches across the larger side, or as fine as coordinates of
+/// A grid for everything between two corners (mm): 2^40 pitches across the larger side, or as fine as coordinates of
 /// this distance from the origin allow in double (2^-52 of it). Precondition: finite corners. Errors: GeometryError
 /// where the extent is zero or above 1e150.
 [[nodiscard]] inline Grid make_grid(Point2 low, Point2 high) {
@@ -47,16 +47,16 @@ struct LayerRegions {
   std::frexp(extent, &extent_exponent);
   std::frexp(reach, &reach_exponent);
   Grid grid;
-  grid.pitch = std::ldexp(1.0, std::max(extent_exponent - 37, reach_exponent - 52));
-  grid.origin_x = static_cast<std::int64_t>(std::floor((low.x + high.x) / 2 / grid.pitch));
-  grid.origin_y = static_cast<std::int64_t>(std::floor((low.y + high.y) / 2 / grid.pitch));
+  grid.pitch = std::ldexp(1.0, std::max(extent_exponent - 40, reach_exponent - 52));
+  grid.origin_x = round_to_step(static_cast<std::int64_t>(std::floor((low.x + high.x) / 2 / grid.pitch)));
+  grid.origin_y = round_to_step(static_cast<std::int64_t>(std::floor((low.y + high.y) / 2 / grid.pitch)));
   return grid;
 }
 
-/// The grid point nearest to a point (mm).
+/// The place of a contour vertex (mm) on the grid: the nearest multiple of kContourStep.
 [[nodiscard]] inline GridPoint to_grid(const Grid& grid, const Point2& p) {
-  return {static_cast<std::int64_t>(std::floor(p.x / grid.pitch + 0.5)) - grid.origin_x,
-          static_cast<std::int64_t>(std::floor(p.y / grid.pitch + 0.5)) - grid.origin_y};
+  return {round_to_step(static_cast<std::int64_t>(std::floor(p.x / grid.pitch + 0.5)) - grid.origin_x),
+          round_to_step(static_cast<std::int64_t>(std::floor(p.y / grid.pitch + 0.5)) - grid.origin_y)};
 }
 
 namespace detail {

@@ -3,11 +3,13 @@
 /// @brief SlabFiller: fills every slab of a conforming complex with the Delaunay tetrahedra of its two planes.
 ///
 /// The Delaunay tetrahedralization of points on two parallel planes is the overlay of the two planar Voronoi diagrams
-/// (Boissonnat, "Shape reconstruction from planar cross sections", CVGIP 44 (1988) 1-29). It is read off here without any
-/// three-dimensional construction: a Voronoi edge of one plane is followed through the Voronoi cells of the other, all tests
-/// are exact comparisons of distances in the plane. Ties are broken as if the upper plane were moved by an infinitesimal
-/// (-d, -d^2): of two equally near vertices a lower query takes the lexicographically larger, an upper query the smaller. That
-/// makes any choice between co-circular vertices in the planes' own triangulations valid, and the result unique.
+/// (Boissonnat, "Shape reconstruction from planar cross sections", CVGIP 44 (1988) 1-29). It is read off here without
+/// any three-dimensional construction: a Voronoi edge of one plane is followed through the Voronoi cells of the other,
+/// all tests are exact comparisons of distances in the plane. Ties are broken as if the upper plane were moved by an
+/// infinitesimal
+/// (-d, -d^2): of two equally near vertices a lower query takes the lexicographically larger, an upper query the
+/// smaller. That makes any choice between co-circular vertices in the planes' own triangulations valid, and the result
+/// unique.
 #pragma once
 
 #include <algorithm>
@@ -31,12 +33,13 @@ namespace detail {
 
 /// The triangles that bound a slab from below or above, as seen from above.
 struct Sheet {
-  std::vector<GridPoint> points;                      // #V
-  std::vector<std::int32_t> global;                   // #V, vertex of the complex
-  std::vector<std::array<std::int32_t, 3>> triangles; // #T by 3, counter-clockwise from above
-  std::vector<std::array<std::int32_t, 3>> neighbors; // #T by 3: triangle of the same region across the edge opposite to a vertex
-  std::vector<std::array<std::int32_t, 3>> walls;     // #T by 3: wall over that edge where there is no neighbor
-  std::vector<std::int32_t> regions;                  // #T
+  std::vector<GridPoint> points;                       // #V
+  std::vector<std::int32_t> global;                    // #V, vertex of the complex
+  std::vector<std::array<std::int32_t, 3>> triangles;  // #T by 3, counter-clockwise from above
+  std::vector<std::array<std::int32_t, 3>>
+      neighbors;  // #T by 3: triangle of the same region across the edge opposite to a vertex
+  std::vector<std::array<std::int32_t, 3>> walls;  // #T by 3: wall over that edge where there is no neighbor
+  std::vector<std::int32_t> regions;               // #T
 };
 
 /// A corner of a sheet: a vertex as seen from one of its triangles.
@@ -58,31 +61,41 @@ public:
 
 private:
   [[noreturn]] void fail(const GridPoint& at) const {
-    throw TetrahedralizationError(slab_, "contours are not conforming (Gabriel) near grid point " + std::to_string(at.x) + ", " + std::to_string(at.y));
+    throw TetrahedralizationError(slab_, "contours are not conforming (Gabriel) near grid point " +
+                                             std::to_string(at.x) + ", " + std::to_string(at.y));
   }
   static const GridPoint& vertex(const Sheet& s, std::int32_t t, std::int32_t i) {
     return s.points[std::size_t(s.triangles[std::size_t(t)][std::size_t(i % 3)])];
   }
-  static std::int32_t vertex_id(const Sheet& s, const Corner& c) { return s.triangles[std::size_t(c.triangle)][std::size_t(c.index)]; }
+  static std::int32_t vertex_id(const Sheet& s, const Corner& c) {
+    return s.triangles[std::size_t(c.triangle)][std::size_t(c.index)];
+  }
 
   /// The center that stands for a triangle, or for the outside of a wall edge: circumcenter, or middle of the edge.
   struct Center {
     const GridPoint* p[3];  // p[2] == nullptr: middle of p[0] p[1]
   };
-  static Center center(const Sheet& s, std::int32_t t) { return {{&vertex(s, t, 0), &vertex(s, t, 1), &vertex(s, t, 2)}}; }
-  static Center middle(const Sheet& s, std::int32_t t, std::int32_t edge) { return {{&vertex(s, t, edge + 1), &vertex(s, t, edge + 2), nullptr}}; }
+  static Center center(const Sheet& s, std::int32_t t) {
+    return {{&vertex(s, t, 0), &vertex(s, t, 1), &vertex(s, t, 2)}};
+  }
+  static Center middle(const Sheet& s, std::int32_t t, std::int32_t edge) {
+    return {{&vertex(s, t, edge + 1), &vertex(s, t, edge + 2), nullptr}};
+  }
   /// Is q the nearer one of p and q? kLower: the center belongs to the lower plane.
   template <bool kLower>
   static bool second_is_nearer(const Center& c, const GridPoint& p, const GridPoint& q) {
-    const int s = c.p[2] ? nearer_to_circumcenter(*c.p[0], *c.p[1], *c.p[2], p, q) : nearer_to_midpoint(*c.p[0], *c.p[1], p, q);
+    const int s =
+        c.p[2] ? nearer_to_circumcenter(*c.p[0], *c.p[1], *c.p[2], p, q) : nearer_to_midpoint(*c.p[0], *c.p[1], p, q);
     if (s != 0) return s > 0;
     return kLower ? p < q : q < p;
   }
 
-  /// Follows the bisector of a and b (vertices of the plane kLower), to the right of a -> b, through the Voronoi cells of the other sheet, from the
-  /// cell of `at` to that of `target`. Calls cross(u, w) for each Voronoi edge that is crossed, with the two corners.
+  /// Follows the bisector of a and b (vertices of the plane kLower), to the right of a -> b, through the Voronoi cells
+  /// of the other sheet, from the cell of `at` to that of `target`. Calls cross(u, w) for each Voronoi edge that is
+  /// crossed, with the two corners.
   template <bool kLower, class Cross>
-  Corner follow(const Sheet& sheet, Corner at, const GridPoint& a, const GridPoint& b, const Center& target, Cross&& cross) const {
+  Corner follow(const Sheet& sheet, Corner at, const GridPoint& a, const GridPoint& b, const Center& target,
+                Cross&& cross) const {
     const auto beyond = [&](const Center& c) { return second_is_nearer<!kLower>(c, a, b); };
     std::size_t steps = 0;
     while (true) {
@@ -103,8 +116,10 @@ private:
           const std::int32_t edge = (here.index + (counter_clockwise ? 1 : 2)) % 3;
           const std::int32_t next = sheet.neighbors[t][std::size_t(edge)];
           bool next_side = false;
-          if (next == kNone) next_side = beyond(middle(sheet, here.triangle, edge));
-          else next_side = beyond(center(sheet, next));
+          if (next == kNone)
+            next_side = beyond(middle(sheet, here.triangle, edge));
+          else
+            next_side = beyond(center(sheet, next));
           const bool found = counter_clockwise ? (!side && next_side) : (side && !next_side);
           if (found) {
             out = here;
@@ -175,17 +190,20 @@ private:
         if (!kLower && apex[t].triangle != kNone) continue;
         const std::int32_t wall = own.walls[t][std::size_t(i)];
         const Center from = middle(own, std::int32_t(t), i);
-        const auto range = std::equal_range(wall_corners.begin(), wall_corners.end(), WallCorner{wall, own.regions[t], {}});
+        const auto range =
+            std::equal_range(wall_corners.begin(), wall_corners.end(), WallCorner{wall, own.regions[t], {}});
         if (wall == kNone || range.first == range.second) fail(*from.p[0]);
         Corner best = range.first->corner;
         for (auto it = range.first; it != range.second; ++it) {
-          const GridPoint &p = vertex(other, best.triangle, best.index), &q = vertex(other, it->corner.triangle, it->corner.index);
+          const GridPoint &p = vertex(other, best.triangle, best.index),
+                          &q = vertex(other, it->corner.triangle, it->corner.index);
           if (p != q && second_is_nearer<kLower>(from, p, q)) best = it->corner;
         }
         // Inwards is to the left of the edge, so to the right of its reverse.
-        const std::int32_t a = own.triangles[t][std::size_t((i + 2) % 3)], b = own.triangles[t][std::size_t((i + 1) % 3)];
-        const Corner end = follow<kLower>(other, best, own.points[std::size_t(a)], own.points[std::size_t(b)], center(own, std::int32_t(t)),
-                                          emit_crossing(std::int32_t(t), a, b, wall));
+        const std::int32_t a = own.triangles[t][std::size_t((i + 2) % 3)],
+                           b = own.triangles[t][std::size_t((i + 1) % 3)];
+        const Corner end = follow<kLower>(other, best, own.points[std::size_t(a)], own.points[std::size_t(b)],
+                                          center(own, std::int32_t(t)), emit_crossing(std::int32_t(t), a, b, wall));
         if (apex[t].triangle == kNone) {
           apex[t] = end;
           queue.push_back(std::int32_t(t));
@@ -203,9 +221,10 @@ private:
         const bool known = apex[std::size_t(n)].triangle != kNone;
         if (!kLower && known) continue;
         if (known && done_.count(edge_key(std::int32_t(t), n)) != 0) continue;
-        const std::int32_t a = own.triangles[t][std::size_t((i + 1) % 3)], b = own.triangles[t][std::size_t((i + 2) % 3)];
-        const Corner end = follow<kLower>(other, apex[t], own.points[std::size_t(a)], own.points[std::size_t(b)], center(own, n),
-                                          emit_crossing(std::int32_t(t), a, b, kNone));
+        const std::int32_t a = own.triangles[t][std::size_t((i + 1) % 3)],
+                           b = own.triangles[t][std::size_t((i + 2) % 3)];
+        const Corner end = follow<kLower>(other, apex[t], own.points[std::size_t(a)], own.points[std::size_t(b)],
+                                          center(own, n), emit_crossing(std::int32_t(t), a, b, kNone));
         if constexpr (kLower) done_.emplace(edge_key(std::int32_t(t), n), 1);
         if (!known) {
           apex[std::size_t(n)] = end;
@@ -219,8 +238,11 @@ private:
       if (apex[t].triangle == kNone) fail(vertex(own, std::int32_t(t), 0));
       const auto& tri = own.triangles[t];
       const std::int32_t top_or_bottom = other.global[std::size_t(vertex_id(other, apex[t]))];
-      const std::int32_t a = own.global[std::size_t(tri[0])], b = own.global[std::size_t(tri[1])], c = own.global[std::size_t(tri[2])];
-      emit(kLower ? std::array<std::int32_t, 4>{a, b, c, top_or_bottom} : std::array<std::int32_t, 4>{a, c, b, top_or_bottom}, own.regions[t]);
+      const std::int32_t a = own.global[std::size_t(tri[0])], b = own.global[std::size_t(tri[1])],
+                         c = own.global[std::size_t(tri[2])];
+      emit(kLower ? std::array<std::int32_t, 4>{a, b, c, top_or_bottom}
+                  : std::array<std::int32_t, 4>{a, c, b, top_or_bottom},
+           own.regions[t]);
     }
   }
   static std::uint64_t edge_key(std::int32_t a, std::int32_t b) {
@@ -237,7 +259,9 @@ private:
 /// The sheets of every slab of a complex.
 class Sheets {
 public:
-  explicit Sheets(const Plc& plc) : plc_(plc), bottom_(plc.slabs.size()), top_(plc.slabs.size()), wall_facets_(plc.slabs.size()), local_(plc.vertices.size(), kNone) {
+  explicit Sheets(const Plc& plc)
+      : plc_(plc), bottom_(plc.slabs.size()), top_(plc.slabs.size()), wall_facets_(plc.slabs.size()),
+        local_(plc.vertices.size(), kNone) {
     for (std::size_t f = 0; f < plc.facets.size(); ++f) {
       const Facet& facet = plc.facets[f];
       switch (facet.label) {
@@ -287,7 +311,8 @@ public:
     halves.reserve(sheet.triangles.size() * 3 + wall_facets_[std::size_t(slab)].size());
     for (std::size_t t = 0; t < sheet.triangles.size(); ++t)
       for (std::int32_t i = 0; i < 3; ++i) {
-        const std::int32_t a = sheet.triangles[t][std::size_t((i + 1) % 3)], b = sheet.triangles[t][std::size_t((i + 2) % 3)];
+        const std::int32_t a = sheet.triangles[t][std::size_t((i + 1) % 3)],
+                           b = sheet.triangles[t][std::size_t((i + 2) % 3)];
         halves.push_back({std::min(a, b), std::max(a, b), std::int32_t(t), i});
       }
     const std::int32_t plane = plc_.slab_planes[std::size_t(slab)][top ? 1 : 0];
@@ -329,9 +354,9 @@ private:
 
 }  // namespace detail
 
-/// The default tetrahedralizer. Needs a complex with inner faces whose contour edges are Gabriel in their planes; adds no
-/// vertex, keeps every horizontal facet, and every wall up to the diagonals of ties on bent walls.
-/// Errors: TetrahedralizationError with the slab where the complex is not conforming. Cost: about linear.
+/// The default tetrahedralizer. Needs a complex with inner faces whose contour edges are Gabriel in their planes; adds
+/// no vertex, keeps every horizontal facet, and every wall up to the diagonals of ties on bent walls. Errors:
+/// TetrahedralizationError with the slab where the complex is not conforming. Cost: about linear.
 struct SlabFiller {
   Progress progress;
   std::int64_t max_tets = 0;  ///< budget; 0: none

@@ -50,10 +50,10 @@ private:
 
 }  // namespace detail
 
-/// Candidates for the interior vertices of the plane between two slabs (kNone: none). A pure function of the contours of these
-/// slabs and the next ones. Neighboring planes get the same points wherever all their contours are far enough.
-[[nodiscard]] inline std::vector<GridPoint> interior_points(const Contours& contours, std::int32_t slab_below, std::int32_t slab_above,
-                                                            const InteriorSizes& sizes) {
+/// Candidates for the interior vertices of the plane between two slabs (kNone: none). A pure function of the contours
+/// of these slabs and the next ones. Neighboring planes get the same points wherever all their contours are far enough.
+[[nodiscard]] inline std::vector<GridPoint> interior_points(const Contours& contours, std::int32_t slab_below,
+                                                            std::int32_t slab_above, const InteriorSizes& sizes) {
   std::vector<GridPoint> result;
   const auto count = static_cast<std::int32_t>(contours.slabs.size());
   const auto touch = [&](std::int32_t s) {  // slab s touches slab s + 1
@@ -92,10 +92,12 @@ private:
   const detail::SegmentIndex next_index(std::move(next));
   const double dx = sizes.size, dy = sizes.size * std::sqrt(3.0) / 2, clear = kLatticeFromContour * sizes.size;
   const auto row0 = std::int64_t(std::floor(double(low.y) / dy)), row1 = std::int64_t(std::ceil(double(high.y) / dy));
-  const auto column0 = std::int64_t(std::floor(double(low.x) / dx)) - 1, column1 = std::int64_t(std::ceil(double(high.x) / dx));
+  const auto column0 = std::int64_t(std::floor(double(low.x) / dx)) - 1,
+             column1 = std::int64_t(std::ceil(double(high.x) / dx));
   for (std::int64_t row = row0; row <= row1; ++row)
     for (std::int64_t column = column0; column <= column1; ++column) {
-      const GridPoint p{std::llround((double(column) + (row % 2 != 0 ? 0.5 : 0)) * dx), std::llround(double(row) * dy)};
+      const GridPoint p{round_to_step(std::llround((double(column) + (row % 2 != 0 ? 0.5 : 0)) * dx)),
+                        round_to_step(std::llround(double(row) * dy))};
       if (own_index.distance(p, clear) < clear || next_index.distance(p, clear) < clear) continue;
       result.push_back(p);
     }

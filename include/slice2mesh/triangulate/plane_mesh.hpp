@@ -34,10 +34,11 @@ struct PlaneMesh {
 
 /// How a plane is refined. Lengths in pitches.
 struct PlaneRefinement {
-  bool gabriel = true;              ///< split contour edges until no vertex is in their diametral discs
-  double min_edge = 4;              ///< contour edges below this length are not split any more
-  double radius_edge_ratio = 0;     ///< triangles with a larger ratio of circumradius to shortest edge get a vertex; 0: off
-  double shortest = 0;              ///< no new vertex nearer than this to another one (interior refinement)
+  bool gabriel = true;  ///< split contour edges until no vertex is in their diametral discs
+  double min_edge = 4;  ///< contour edges below this length are not split any more
+  double radius_edge_ratio =
+      0;                ///< triangles with a larger ratio of circumradius to shortest edge get a vertex; 0: off
+  double shortest = 0;  ///< no new vertex nearer than this to another one (interior refinement)
   std::vector<GridPoint> interior;  ///< vertices to insert where they are clear of the contours
   std::size_t max_vertices = 0;     ///< budget; 0: none
 };
@@ -48,7 +49,8 @@ class PlaneMesher {
 public:
   PlaneMesher(const InterfacePlane& plane, const PlaneRefinement& options)
       : plane_(plane), options_(options), points_(plane.overlay.vertices), frame_(points_.size()) {
-    // A frame around everything: no contour edge is on the hull, whose vertices could not be moved off a line by rounding.
+    // A frame around everything: no contour edge is on the hull, whose vertices could not be moved off a line by
+    // rounding.
     for (const std::int64_t x : {-kGridLimit, kGridLimit})
       for (const std::int64_t y : {-kGridLimit, kGridLimit}) points_.push_back({x, y});
     contour_.assign(points_.size(), 1);
@@ -84,7 +86,8 @@ private:
     if (a > b) std::swap(a, b);
     return (std::uint64_t(std::uint32_t(a)) << 32) | std::uint32_t(b);
   }
-  // Cells of a face are stored as the index of an edge of the overlay and its side: 2 e for the left, 2 e + 1 for the right.
+  // Cells of a face are stored as the index of an edge of the overlay and its side: 2 e for the left, 2 e + 1 for the
+  // right.
   [[nodiscard]] const std::array<Side, 2>& cells(std::int32_t info) const {
     return info % 2 == 0 ? plane_.left[std::size_t(info / 2)] : plane_.right[std::size_t(info / 2)];
   }
@@ -97,7 +100,8 @@ private:
     Cdt::Face_handle f;
     int i = 0;
     if (!cdt_.is_edge(handles_[std::size_t(a)], handles_[std::size_t(b)], f, i))
-      throw GeometryError(Stage::Triangulate, -1, -1, "a contour edge is missing from its plane; this is a defect of slice2mesh");
+      throw GeometryError(Stage::Triangulate, -1, -1,
+                          "a contour edge is missing from its plane; this is a defect of slice2mesh");
     if (f->vertex(Cdt::ccw(i))->info() == a) return {f, i};
     const int j = cdt_.mirror_index(f, i);
     return {f->neighbor(i), j};
@@ -135,14 +139,16 @@ private:
     }
     return false;
   }
-  /// Where to split a piece: in the middle, but at a power of two from a vertex where contours meet at a sharp angle, so
-  /// that the pieces on both sides of the angle get the same lengths.
+  /// Where to split a piece: in the middle, but at a power of two from a vertex where contours meet at a sharp angle,
+  /// so that the pieces on both sides of the angle get the same lengths.
   [[nodiscard]] GridPoint split_point(const Sub& s) const {
     const GridPoint a = points_[std::size_t(s.a)], b = points_[std::size_t(s.b)];
     const bool sharp_a = is_sharp(s.a, s.b), sharp_b = is_sharp(s.b, s.a);
+    const double length = distance(a, b);
+    // The middle of a long edge is rounded like a contour vertex: where another plane has one there, both coincide.
+    if (sharp_a == sharp_b && length > 1024 * double(kContourStep)) return contour_point_between(a, b, 0.5);
     if (sharp_a == sharp_b) return {a.x + (b.x - a.x) / 2, a.y + (b.y - a.y) / 2};
     const GridPoint from = sharp_a ? a : b, to = sharp_a ? b : a;
-    const double length = distance(from, to);
     const double shell = std::exp2(std::round(std::log2(length / 2)));
     const double t = shell / length;  // in [0.35, 0.71]
     return {from.x + std::llround(t * double(to.x - from.x)), from.y + std::llround(t * double(to.y - from.y))};
@@ -224,8 +230,10 @@ private:
     }
   }
 
-  /// Inserts p if it lies in material, is not in a diametral disc of a contour edge, and not nearer than `nearest` to a vertex.
-  bool insert_free(const GridPoint& p, Cdt::Face_handle& hint, double nearest, std::vector<std::int32_t>* blocking = nullptr) {
+  /// Inserts p if it lies in material, is not in a diametral disc of a contour edge, and not nearer than `nearest` to a
+  /// vertex.
+  bool insert_free(const GridPoint& p, Cdt::Face_handle& hint, double nearest,
+                   std::vector<std::int32_t>* blocking = nullptr) {
     Cdt::Locate_type type;
     int li = 0;
     const Cdt::Face_handle f = cdt_.locate(to_cdt_point(p), type, li, hint);
@@ -287,7 +295,7 @@ private:
     if (c < b) std::swap(b, c);
     const double bx = double(b.x - a.x), by = double(b.y - a.y), cx = double(c.x - a.x), cy = double(c.y - a.y);
     const double d = 2 * (bx * cy - by * cx), b2 = bx * bx + by * by, c2 = cx * cx + cy * cy;
-    const double cell = std::max(1.0, std::exp2(std::floor(std::log2(shortest / 64))));
+    const double cell = std::max(double(kContourStep), std::exp2(std::floor(std::log2(shortest / 64))));
     constexpr double kOffset = 0.3125;  // in cells
     const auto round = [&](double v) { return std::llround((std::floor(v / cell + kOffset)) * cell); };
     return {round(double(a.x) + (cy * b2 - by * c2) / d), round(double(a.y) + (bx * c2 - cx * b2) / d)};
@@ -325,16 +333,20 @@ private:
     }
     std::vector<std::vector<std::int32_t>> pieces(plane_.overlay.edges.size());
     for (std::size_t e = 0; e < pieces.size(); ++e)
-      for (auto s = std::int32_t(e); s != kNone; s = subs_[std::size_t(s)].next) pieces[e].push_back(subs_[std::size_t(s)].a);
+      for (auto s = std::int32_t(e); s != kNone; s = subs_[std::size_t(s)].next)
+        pieces[e].push_back(subs_[std::size_t(s)].a);
     std::unordered_map<std::uint64_t, std::int32_t> edge_of;
     edge_of.reserve(pieces.size() * 2);
-    for (std::size_t e = 0; e < pieces.size(); ++e) edge_of[key(plane_.overlay.edges[e].a, plane_.overlay.edges[e].b)] = std::int32_t(e);
-    const auto chains = [&](const std::vector<std::vector<std::int32_t>>& paths, std::vector<std::vector<std::int32_t>>& result) {
+    for (std::size_t e = 0; e < pieces.size(); ++e)
+      edge_of[key(plane_.overlay.edges[e].a, plane_.overlay.edges[e].b)] = std::int32_t(e);
+    const auto chains = [&](const std::vector<std::vector<std::int32_t>>& paths,
+                            std::vector<std::vector<std::int32_t>>& result) {
       for (const std::vector<std::int32_t>& path : paths) {
         std::vector<std::int32_t> chain;
         for (std::size_t i = 0; i + 1 < path.size(); ++i) {
           const auto e = std::size_t(edge_of.at(key(path[i], path[i + 1])));
-          if (plane_.overlay.edges[e].a == path[i]) chain.insert(chain.end(), pieces[e].begin(), pieces[e].end());
+          if (plane_.overlay.edges[e].a == path[i])
+            chain.insert(chain.end(), pieces[e].begin(), pieces[e].end());
           else {
             chain.push_back(path[i]);
             chain.insert(chain.end(), pieces[e].rbegin(), pieces[e].rend() - 1);
