@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "slice2mesh/core/compensated_sum.hpp"
 #include "slice2mesh/core/error.hpp"
 #include "slice2mesh/core/mesh.hpp"
 
@@ -76,25 +77,6 @@ struct BoundarySets {
 };
 
 namespace detail {
-
-/// Sum with a running compensation (Neumaier): error of one rounding, whatever the number of terms.
-class CompensatedSum {
-public:
-  void add(double value) {
-    const double sum = sum_ + value;
-    correction_ += std::fabs(sum_) >= std::fabs(value) ? (sum_ - sum) + value : (value - sum) + sum_;
-    sum_ = sum;
-  }
-  void add(const CompensatedSum& other) {
-    add(other.sum_);
-    add(other.correction_);
-  }
-  [[nodiscard]] double value() const { return sum_ + correction_; }
-
-private:
-  double sum_ = 0;
-  double correction_ = 0;
-};
 
 /// Throws unless the arrays of the mesh fit together: lengths, and every index in range.
 inline void check_mesh_arrays(const Mesh& mesh, Stage stage) {

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "slice2mesh/arrange/exact.hpp"
+#include "slice2mesh/core/compensated_sum.hpp"
 #include "slice2mesh/core/grid.hpp"
 #include "slice2mesh/core/plc.hpp"
 
@@ -34,21 +35,6 @@ namespace detail {
   const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), v);
   return {buffer.data(), end.ptr};
 }
-
-/// A sum of doubles with the rounding errors carried along (Neumaier).
-class CompensatedSum {
-public:
-  void add(double v) {
-    const double t = sum_ + v;
-    error_ += std::fabs(sum_) >= std::fabs(v) ? (sum_ - t) + v : (v - t) + sum_;
-    sum_ = t;
-  }
-  [[nodiscard]] double value() const { return sum_ + error_; }
-
-private:
-  double sum_ = 0;
-  double error_ = 0;
-};
 
 /// Counts offenders of a check and names the first ones.
 class CheckNotes {

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+/// @file
+/// @brief The whole pipeline in one call.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "slice2mesh/core/diagnostics.hpp"
+#include "slice2mesh/core/mesh.hpp"
+#include "slice2mesh/core/plc.hpp"
+#include "slice2mesh/core/slice_stack.hpp"
+#include "slice2mesh/harmonize/harmonize.hpp"
+#include "slice2mesh/pipeline/options.hpp"
+#include "slice2mesh/plc/build_plc.hpp"
+#include "slice2mesh/quality/certificate.hpp"
+#include "slice2mesh/quality/quality.hpp"
+#include "slice2mesh/regions/regions.hpp"
+#include "slice2mesh/regions/slabs.hpp"
+#include "slice2mesh/tet/slab_filler.hpp"
+#include "slice2mesh/triangulate/plane_stack.hpp"
+
+namespace slice2mesh {
+
+/// What was done, and how good it is. Lengths in mm.
+struct Report {
+  ZConvention z_convention = ZConvention::Auto;  ///< as chosen
+  double thickness = 0;                          ///< median layer thickness
+  double eps = 0;
+  double size = 0;
+  std::vector<double> deviation;  ///< #S: distance between contour and input slice, both ways
+  double max_deviation = 0;
+  Certificate certificate;
+  QualityReport quality;
+  std::vector<std::pair<Stage, double>> seconds;  ///< wall-clock time per stage
+};
+
+/// Everything a run gives.
+struct Result {
+  Mesh mesh;
+  Plc plc;
+  Report report;
+  Diagnostics diagnostics;
+};
+
+namespace detail {
+
+/// Wall-clock times of stages, and the time limit of a run.
+class StageClock {
+public:
+  StageClock(Report& report, const Options& options)
+      : report_(report), options_(options), start_(Clock::now()), last_(start_) {}
+  void done(Stage stage) {
+    const auto now = Clock::now();
+    report_.seconds.emplace_back(stage, std::chrono::duration<double>(now - last_).count());
+    last_ = now;
+  }
+  /// A progress function that also watches the time limit.
+  [[nodiscard]] Progress watched() const {
+    if (!(options_.budget.time_limit > 0)) return options_.progress;
+    return
+        [progress = options_.progress, limit = options_.budget.time_limit, start = start_](Stage stage, double share) {
+          if (std::chrono::duration<double>(Clock::now() - start).count() > limit)
+            throw BudgetError(stage, "the time limit of " + std::to_string(limit) + " s is used up");
+          return !progress || progress(stage, share);
+        };
+  }
+
+private:
+  using Clock = std::chrono::steady_clock;
+  Report& report_;
+  const Options& options_;
+  Clock::time_point start_;
+  Clock::time_point last_;
+};
+
+inline void check_options(const Options& options) {
+  if (options.budget.max_vertices < 0) throw OptionError("budget.max_vertices", "must be 0 or more");
+  if (options.budget.max_tets < 0) throw OptionError("budget.max_tets", "must be 0 or more");
+  if (!(options.budget.time_limit >= 0)) throw OptionError("budget.time_limit", "must be 0 or more");
+}
+
+}  // namespace detail
+
+/// From slices to a certified mesh with the default stages: make_slabs, build_regions, harmonize, triangulate_planes,
+/// build_plc, SlabFiller, certify, measure_quality. Each may be called on its own; the chain gives the identical
+/// result.
+///
+/// A certificate that does not hold is not an error: look at `report.certificate`.
+/// Errors: OptionError, GeometryError, TetrahedralizationError, BudgetError, Cancelled.
+/// Cost: about linear in the result; see docs/pipeline.md.
+[[nodiscard]] inline Result slice_to_mesh(const SliceStack& stack, const Options& options = {}) {
+  detail::check_options(options);
+  Result result;
+  Report& report = result.report;
+  detail::StageClock clock(report, options);
+  const Progress progress = clock.watched();
+
+  const SlabPlan plan = make_slabs(stack, options.slabs, result.diagnostics);
+  const PlaneSizes sizes = resolve_sizes(options.size, plan.thickness);
+  const LayerRegions regions = build_regions(stack, plan, options.supports, result.diagnostics, progress);
+  clock.done(Stage::Regions);
+  HarmonizeOptions harmonize_options;
+  harmonize_options.eps = options.eps.in_mm(plan.thickness);
+  harmonize_options.contour_size = sizes.contour_size;
+  const Contours contours = harmonize(regions, harmonize_options, result.diagnostics, progress);
+  clock.done(Stage::Harmonize);
+  const PlaneStack planes = triangulate_planes(contours, options.size, options.budget, progress);
+  clock.done(Stage::Triangulate);
+  result.plc = build_plc(contours, planes.meshes, planes.slab_planes);
+  clock.done(Stage::Plc);
+  SlabFiller filler;
+  filler.progress = progress;
+  filler.max_tets = options.budget.max_tets;
+  result.mesh = filler(result.plc);
+  clock.done(Stage::Tetrahedralize);
+  report.certificate = certify(result.mesh, result.plc);
+  clock.done(Stage::Certify);
+  QualityOptions quality_options;
+  quality_options.metric_l = sizes.size;
+  quality_options.metric_h = plan.thickness;
+  report.quality = measure_quality(result.mesh, quality_options);
+  clock.done(Stage::Quality);
+
+  report.z_convention = plan.convention;
+  report.thickness = plan.thickness;
+  report.eps = harmonize_options.eps;
+  report.size = sizes.size;
+  report.deviation = contours.deviation;
+  for (const double d : report.deviation) report.max_deviation = std::max(report.max_deviation, d);
+  return result;
+}
+
+}  // namespace slice2mesh
