@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: MIT
+#include "slice2mesh/harmonize/harmonize.hpp"
+
+#include <cmath>
+#include <vector>
+
+#include "plc/chain.hpp"
+#include "test_support.hpp"
+
+using namespace slice2mesh;
+using namespace slice2mesh_test;
+
+namespace {
+
+struct Harmonized {
+  LayerRegions input;
+  Contours contours;
+  Diagnostics diagnostics;
+};
+Harmonized harmonize_stack(const SliceStack& stack, double eps_in_layers, double contour_size = 1) {
+  Harmonized h;
+  const SlabPlan plan = make_slabs(stack, {}, h.diagnostics);
+  ThickenOptions thicken_options;
+  thicken_options.radius = Length::mm(0.1);
+  h.input = build_regions(stack, plan, thicken_options, h.diagnostics);
+  HarmonizeOptions options;
+  options.eps = eps_in_layers * plan.thickness;
+  options.contour_size = contour_size * plan.thickness;
+  h.contours = harmonize(h.input, options, h.diagnostics);
+  return h;
+}
+
+/// Distance of p to the nearest edge, by looking at all of them.
+double distance_to(const Outline& outline, const GridPoint& p) {
+  double best = HUGE_VAL;
+  for (const Outline::Edge& e : outline.edges)
+    best = std::min(best, detail::segment_distance(p, outline.vertices[std::size_t(e.a)], outline.vertices[std::size_t(e.b)]));
+  return best;
+}
+/// Largest such distance of points along the edges of another outline.
+double sampled_deviation(const Outline& from, const Outline& to) {
+  double worst = 0;
+  for (const Outline::Edge& e : from.edges)
+    for (int i = 0; i <= 8; ++i) {
+      const GridPoint &a = from.vertices[std::size_t(e.a)], &b = from.vertices[std::size_t(e.b)];
+      worst = std::max(worst, distance_to(to, {a.x + (b.x - a.x) * i / 8, a.y + (b.y - a.y) * i / 8}));
+    }
+  return worst;
+}
+
+bool same(const Outline& a, const Outline& b) {
+  if (a.vertices != b.vertices || a.edges.size() != b.edges.size()) return false;
+  for (std::size_t e = 0; e < a.edges.size(); ++e)
+    if (a.edges[e].a != b.edges[e].a || a.edges[e].b != b.edges[e].b || a.edges[e].left != b.edges[e].left ||
+        a.edges[e].right != b.edges[e].right)
+      return false;
+  return true;
+}
+
+/// No crossings, no vertex on an edge, edges that separate something, and the regions of every vertex close up.
+void check_valid(const Outline& outline) {
+  std::vector<TaggedSegment> segments;
+  detail::append_segments(outline, 0, segments);
+  const Arrangement again = snap_round(segments);
+  REQUIRE(again.crossings == 0);
+  REQUIRE(again.vertices == outline.vertices);
+  REQUIRE(again.edges.size() == outline.edges.size());
+  const PlanarTriangulation triangulation = triangulate(again);
+  const ArrangementFaces faces = find_faces(again, triangulation);
+  for (const WindingState& state : faces.windings) {
+    REQUIRE(state.size() <= 1);
+    for (const EdgeTag& tag : state) REQUIRE(tag.winding == 1);
+  }
+  for (const Outline::Edge& e : outline.edges) REQUIRE(e.left != e.right);
+}
+
+void check_all(const Harmonized& h, bool sampled) {
+  const double pitch = h.contours.grid.pitch;
+  REQUIRE(h.contours.outlines.size() == h.input.outlines.size());
+  for (std::size_t s = 0; s < h.contours.outlines.size(); ++s) {
+    INFO("slab " << s);
+    check_valid(h.contours.outlines[s]);
+    CHECK(h.contours.deviation[s] <= h.contours.eps);
+    if (!sampled) continue;
+    const double there = sampled_deviation(h.contours.outlines[s], h.input.outlines[s]) * pitch;
+    const double back = sampled_deviation(h.input.outlines[s], h.contours.outlines[s]) * pitch;
+    // What is reported bounds what is found, up to points of contours that were split on the grid.
+    const double rounding = 2 * double(kContourStep) * pitch;
+    CHECK(std::max(there, back) <= h.contours.deviation[s] + rounding);
+    CHECK(h.contours.deviation[s] <= h.contours.eps);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("every contour is within eps of its slice, both ways, and is a valid outline") {
+  double largest = 0;
+  for (std::uint32_t seed = 1; seed <= 10; ++seed)
+    for (const double eps : {0.1, 0.5}) {
+      INFO("seed " << seed << " eps " << eps);
+      const Harmonized h = harmonize_stack(random_stack(seed, 5), eps);
+      check_all(h, true);
+      for (const double d : h.contours.deviation) largest = std::max(largest, d / h.contours.eps);
+    }
+  CHECK(largest > 0.1);  // something was changed at all
+  for (const NamedStack& named : generated_stacks()) {
+    INFO(named.name);
+    check_all(harmonize_stack(named.stack, 0.1), true);
+  }
+}
+
+TEST_CASE("with eps 0 contours are those of the slices") {
+  for (std::uint32_t seed = 30; seed < 34; ++seed) {
+    INFO("seed " << seed);
+    const Harmonized h = harmonize_stack(random_stack(seed, 3), 0);
+    for (std::size_t s = 0; s < h.contours.outlines.size(); ++s) {
+      CHECK(same(h.contours.outlines[s], h.input.outlines[s]));
+      CHECK(h.contours.deviation[s] == 0);
+    }
+  }
+}
+
+TEST_CASE("identical slices get identical contours") {
+  for (std::uint32_t seed = 40; seed < 48; ++seed) {
+    INFO("seed " << seed);
+    SliceStack stack = random_stack(seed, 4);
+    for (Layer& layer : stack.layers) layer.polylines = stack.layers[0].polylines;
+    const Harmonized h = harmonize_stack(stack, 0.1);
+    REQUIRE(h.contours.outlines.size() == 4);
+    for (std::size_t s = 1; s < 4; ++s) CHECK(same(h.contours.outlines[s], h.contours.outlines[0]));
+  }
+}
+
+TEST_CASE("slices that differ by less than eps get the contour below, wider differences stay") {
+  const auto shifted = [](double by) { return stack_of({{rectangle(0, 0, 4, 3)}, {rectangle(by, 0, 4 + by, 3)}}); };
+  const Harmonized near = harmonize_stack(shifted(0.02), 0.1);  // eps is 0.05 mm
+  CHECK(same(near.contours.outlines[0], near.contours.outlines[1]));
+  const Harmonized far = harmonize_stack(shifted(0.2), 0.1);
+  CHECK_FALSE(same(far.contours.outlines[0], far.contours.outlines[1]));
+  const double unit = far.contours.grid.pitch * far.contours.grid.pitch / 2;
+  CHECK(double(detail::doubled_area(far.contours.outlines[1], kNone)) * unit == Approx(12).epsilon(0.01));
+}
+
+TEST_CASE("deviations do not add up over the layers") {
+  // A wall that leans by less than eps per layer: every contour has to follow all the same.
+  std::vector<std::vector<Polyline>> slices;
+  for (int i = 0; i < 40; ++i) slices.push_back({rectangle(0.01 * i, 0, 4 + 0.01 * i, 3)});
+  const Harmonized h = harmonize_stack(stack_of(slices), 0.1);
+  check_all(h, true);
+  CHECK_FALSE(same(h.contours.outlines.front(), h.contours.outlines.back()));
+}
+
+TEST_CASE("a contour has no edge longer than its size") {
+  const Harmonized h = harmonize_stack(stack_of({{rectangle(0, 0, 10, 3)}, {rectangle(0, 0, 10, 4)}}), 0.1, 0.5);
+  std::size_t edges = 0;
+  for (const Outline& outline : h.contours.outlines)
+    for (const Outline::Edge& e : outline.edges) {
+      const double length =
+          detail::distance(outline.vertices[std::size_t(e.a)], outline.vertices[std::size_t(e.b)]) * h.contours.grid.pitch;
+      CHECK(length <= 0.25 * (1 + 1e-6));  // half of the layer thickness
+      ++edges;
+    }
+  CHECK(edges > 100);
+}
+
+TEST_CASE("a tolerance that is no length is refused") {
+  const SliceStack stack = stack_of({{rectangle(0, 0, 1, 1)}, {rectangle(0, 0, 1, 1)}});
+  CHECK_THROWS_AS(harmonize_stack(stack, -1), OptionError);
+  CHECK_THROWS_AS(harmonize_stack(stack, std::nan("")), OptionError);
+}
+
+TEST_CASE("the contours of the slice files are within eps and valid", "[corpus]") {
+  std::size_t seen = 0;
+  const auto files = small_corpus_files();
+  for (const auto& path : files) {
+    INFO(path.filename().string());
+    const Harmonized h = harmonize_stack(read_cli(path.string()), 0.1);
+    check_all(h, false);
+    seen += h.contours.outlines.size();
+  }
+  if (!files.empty()) CHECK(seen > 50);
+}
