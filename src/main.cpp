@@ -191,7 +191,7 @@ int run(int argc, char** argv) {
   app.set_version_flag("--version", "slice2mesh " SLICE2MESH_VERSION);
   app.footer(
       "Exit codes: 0 ok, 1 usage, 2 a file cannot be read or written, 3 no mesh can be made, 4 a check of the mesh "
-      "failed.");
+      "failed.\n");
 
   MeshJob job;
   app.add_option("file", job.input, "Slice file (CLI, text or binary)")->type_name("FILE");
@@ -231,6 +231,8 @@ int run(int argc, char** argv) {
     return app.exit(help_or_version);
   } catch (const CLI::ParseError& error) {
     return fail(kExitUsage, std::string(error.what()) + " (see slice2mesh --help)");
+  } catch (const UsageError& error) {
+    return fail(kExitUsage, error.what());
   } catch (const slice2mesh::Error& error) {
     return fail(exit_code(error), error.what());
   } catch (const std::bad_alloc&) {

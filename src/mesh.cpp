@@ -2,6 +2,7 @@
 #include "mesh.hpp"
 
 #include <chrono>
+#include <cstddef>
 #include <cstdio>
 #include <ostream>
 #include <string>
@@ -38,16 +39,22 @@ void print_report(const slice2mesh::Result& result) {
                  check.detail.empty() ? "" : ": ", check.detail.c_str());
 }
 
-}  // namespace
-
-int mesh_file(const MeshJob& job) {
-  // What is wrong with the command line is said before any work is done.
+// What is wrong with the names of the outputs is said before any work is done.
+void check_outputs(const MeshJob& job) {
   try {
     for (const std::string& path : job.outputs) slice2mesh::check_mesh_path(path);
     if (!job.plc.empty()) slice2mesh::check_plc_path(job.plc);
   } catch (const slice2mesh::FileError& error) {
-    throw slice2mesh::OptionError("output", error.what());
+    const std::string text = error.what();
+    const std::size_t name = text.find(error.path());  // without the stage before it
+    throw UsageError(name == std::string::npos ? text : text.substr(name));
   }
+}
+
+}  // namespace
+
+int mesh_file(const MeshJob& job) {
+  check_outputs(job);
   const auto start = std::chrono::steady_clock::now();
   const auto log = [&job, &start](const std::string& text) {
     if (job.quiet) return;
