@@ -40,6 +40,7 @@ struct Sheet {
       neighbors;  // #T by 3: triangle of the same region across the edge opposite to a vertex
   std::vector<std::array<std::int32_t, 3>> walls;  // #T by 3: wall over that edge where there is no neighbor
   std::vector<std::int32_t> regions;               // #T
+  std::vector<char> on_wall;                       // #V: on an edge without neighbor
 };
 
 /// A corner of a sheet: a vertex as seen from one of its triangles.
@@ -101,12 +102,17 @@ private:
     while (true) {
       if (++steps > sheet.triangles.size() + 8) fail(a);
       const std::int32_t u = vertex_id(sheet, at);
+      const GridPoint& pu = sheet.points[std::size_t(u)];
       // The way out of the cell: two centers in a row around u, counter-clockwise, on the side of a and on that of b.
-      Corner here = at, out{};
+      // The cell of a vertex where walls meet at a reflex angle is not convex: then there may be two, one of them
+      // beyond the walls. The way to the target is the one whose neighbor the target is nearer to; if there is none,
+      // the target is in this cell.
+      Corner out{}, w{};
       std::int32_t out_edge = kNone;  // edge opposite to this vertex index of out.triangle is crossed
-      const bool first = beyond(center(sheet, here.triangle));
-      for (int pass = 0; pass < 2 && out_edge == kNone; ++pass) {
-        here = at;
+      const bool first = beyond(center(sheet, at.triangle));
+      const int passes = sheet.on_wall[std::size_t(u)] ? 2 : 1;
+      for (int pass = 0; pass < passes && out_edge == kNone; ++pass) {
+        Corner here = at;
         bool side = first;
         // Pass 0 turns towards the change of side that is the way out; pass 1 the other way, for open fans.
         const bool counter_clockwise = (pass == 0) != first;
@@ -115,30 +121,26 @@ private:
           // Around u counter-clockwise, the next triangle lies across the edge opposite to the vertex after u.
           const std::int32_t edge = (here.index + (counter_clockwise ? 1 : 2)) % 3;
           const std::int32_t next = sheet.neighbors[t][std::size_t(edge)];
-          bool next_side = false;
-          if (next == kNone)
-            next_side = beyond(middle(sheet, here.triangle, edge));
-          else
-            next_side = beyond(center(sheet, next));
-          const bool found = counter_clockwise ? (!side && next_side) : (side && !next_side);
-          if (found) {
-            out = here;
-            out_edge = edge;
-            break;
+          const bool next_side =
+              next == kNone ? beyond(middle(sheet, here.triangle, edge)) : beyond(center(sheet, next));
+          if (counter_clockwise ? (!side && next_side) : (side && !next_side)) {
+            // The neighbor at the other end of the crossed edge.
+            const Corner end{here.triangle, (here.index + (counter_clockwise ? 2 : 1)) % 3};
+            if (second_is_nearer<kLower>(target, pu, vertex(sheet, end.triangle, end.index))) {
+              out = here;
+              w = end;
+              out_edge = edge;
+              break;
+            }
+            if (passes == 1) return at;
           }
-          if (next == kNone) break;
+          if (next == kNone || next == at.triangle) break;
           here.triangle = next;
           here.index = index_of(sheet, next, u);
           side = next_side;
-          if (next == at.triangle) break;
         }
       }
       if (out_edge == kNone) return at;
-      // The neighbor on the other end of the crossed edge.
-      const std::int32_t w_index = (out.index + 1) % 3 == out_edge ? (out.index + 2) % 3 : (out.index + 1) % 3;
-      const Corner w{out.triangle, w_index};
-      const GridPoint &pu = sheet.points[std::size_t(u)], &pw = vertex(sheet, w.triangle, w.index);
-      if (!second_is_nearer<kLower>(target, pu, pw)) return out;
       cross(out, w, out_edge);
       at = w;
     }
@@ -342,6 +344,11 @@ public:
       }
       i = j;
     }
+    sheet.on_wall.assign(sheet.points.size(), 0);
+    for (std::size_t t = 0; t < sheet.triangles.size(); ++t)
+      for (std::size_t i = 0; i < 3; ++i)
+        if (sheet.neighbors[t][i] == kNone)
+          for (std::size_t j = 1; j <= 2; ++j) sheet.on_wall[std::size_t(sheet.triangles[t][(i + j) % 3])] = 1;
     for (const std::int32_t v : sheet.global) local_[std::size_t(v)] = kNone;
     return sheet;
   }
