@@ -24,7 +24,8 @@ public:
     const auto kind = random_() % 5;
     const GridPoint base{number(kGridLimit / 4), number(kGridLimit / 4)};
     const GridPoint step{number(1 << 20), number(1 << 20)};
-    static const std::int64_t turns[][2] = {{3, 4}, {4, 3}, {5, 0}, {0, 5}, {-3, 4}, {4, -3}, {-5, 0}, {-4, -3}, {3, -4}};
+    static const std::int64_t turns[][2] = {{3, 4},  {4, 3},  {5, 0},   {0, 5}, {-3, 4},
+                                            {4, -3}, {-5, 0}, {-4, -3}, {3, -4}};
     const std::int64_t scale = std::int64_t(1) << (random_() % 34);
     for (std::size_t i = 0; i < count; ++i) {
       GridPoint p;
@@ -49,11 +50,15 @@ private:
   std::mt19937_64 random_;
 };
 
-int sign_of(const cpp_int& v) { return v > 0 ? 1 : (v < 0 ? -1 : 0); }
+int sign_of(const cpp_int& v) {
+  return v > 0 ? 1 : (v < 0 ? -1 : 0);
+}
 cpp_int cross_of(const GridPoint& a, const GridPoint& b, const GridPoint& c) {
   return (cpp_int(b.x) - a.x) * (cpp_int(c.y) - a.y) - (cpp_int(b.y) - a.y) * (cpp_int(c.x) - a.x);
 }
-cpp_int squared(const cpp_int& x, const cpp_int& y) { return x * x + y * y; }
+cpp_int squared(const cpp_int& x, const cpp_int& y) {
+  return x * x + y * y;
+}
 
 int circumcenter_of(const std::vector<GridPoint>& t) {
   // c = t0 + n / (2 d): |c-p|^2 - |c-q|^2 times 4 d^2, in numbers of any size.
@@ -114,11 +119,13 @@ TEST_CASE("numbers of 192 bits multiply, shift and add like numbers of any size"
     return (cpp_int(static_cast<std::int64_t>(v >> 64)) << 64) + static_cast<std::uint64_t>(v);
   };
   for (int i = 0; i < 20000; ++i) {
-    const detail::Int128 a = ((detail::Int128(static_cast<std::int64_t>(random())) << 64) | random()) >> (2 + random() % 100);
+    const detail::Int128 a =
+        ((detail::Int128(static_cast<std::int64_t>(random())) << 64) | random()) >> (2 + random() % 100);
     const std::int64_t b = static_cast<std::int64_t>(random()) >> (2 + random() % 40);
     const detail::Int192 p = detail::multiply(a, b);
     REQUIRE(wide(p) == big(a) * b);
-    const detail::Int128 c = ((detail::Int128(static_cast<std::int64_t>(random())) << 64) | random()) >> (40 + random() % 60);
+    const detail::Int128 c =
+        ((detail::Int128(static_cast<std::int64_t>(random())) << 64) | random()) >> (40 + random() % 60);
     const detail::Int192 q = detail::multiply(c, b);
     REQUIRE(wide(detail::add(p, q)) == (big(a) + big(c)) * b);
     REQUIRE((p < q) == (wide(p) < wide(q)));

@@ -34,7 +34,8 @@ Harmonized harmonize_stack(const SliceStack& stack, double eps_in_layers, double
 double distance_to(const Outline& outline, const GridPoint& p) {
   double best = HUGE_VAL;
   for (const Outline::Edge& e : outline.edges)
-    best = std::min(best, detail::segment_distance(p, outline.vertices[std::size_t(e.a)], outline.vertices[std::size_t(e.b)]));
+    best = std::min(
+        best, detail::segment_distance(p, outline.vertices[std::size_t(e.a)], outline.vertices[std::size_t(e.b)]));
   return best;
 }
 /// Largest such distance of points along the edges of another outline.
@@ -155,8 +156,8 @@ TEST_CASE("a contour has no edge longer than its size") {
   std::size_t edges = 0;
   for (const Outline& outline : h.contours.outlines)
     for (const Outline::Edge& e : outline.edges) {
-      const double length =
-          detail::distance(outline.vertices[std::size_t(e.a)], outline.vertices[std::size_t(e.b)]) * h.contours.grid.pitch;
+      const double length = detail::distance(outline.vertices[std::size_t(e.a)], outline.vertices[std::size_t(e.b)]) *
+                            h.contours.grid.pitch;
       CHECK(length <= 0.25 * (1 + 1e-6));  // half of the layer thickness
       ++edges;
     }

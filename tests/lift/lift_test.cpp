@@ -38,11 +38,13 @@ FaceAreas face_areas(const InterfacePlane& plane) {
   return areas;
 }
 /// Twice the area inside of the lifted contour: along the paths of its edges.
-detail::Int128 lifted_area(const InterfacePlane& plane, const Outline& outline, const std::vector<std::vector<std::int32_t>>& paths) {
+detail::Int128 lifted_area(const InterfacePlane& plane, const Outline& outline,
+                           const std::vector<std::vector<std::int32_t>>& paths) {
   detail::Int128 area = 0;
   for (std::size_t e = 0; e < paths.size(); ++e)
     for (std::size_t i = 0; i + 1 < paths[e].size(); ++i) {
-      const GridPoint &p = plane.overlay.vertices[std::size_t(paths[e][i])], &q = plane.overlay.vertices[std::size_t(paths[e][i + 1])];
+      const GridPoint &p = plane.overlay.vertices[std::size_t(paths[e][i])],
+                      &q = plane.overlay.vertices[std::size_t(paths[e][i + 1])];
       const detail::Int128 term = detail::Int128(p.x) * q.y - detail::Int128(p.y) * q.x;
       if (outline.edges[e].left != kNone) area += term;
       if (outline.edges[e].right != kNone) area -= term;
@@ -58,7 +60,8 @@ void check_plane(const Contours& contours, const InterfacePlane& plane, std::siz
   for (const Arrangement::Edge& e : plane.overlay.edges) edges.insert({e.a, e.b});
   REQUIRE(plane.left.size() == plane.overlay.edges.size());
   REQUIRE(plane.right.size() == plane.overlay.edges.size());
-  const auto follow = [&](const Outline& outline, const std::vector<std::int32_t>& image, const std::vector<std::vector<std::int32_t>>& paths) {
+  const auto follow = [&](const Outline& outline, const std::vector<std::int32_t>& image,
+                          const std::vector<std::vector<std::int32_t>>& paths) {
     REQUIRE(image.size() == outline.vertices.size());
     REQUIRE(paths.size() == outline.edges.size());
     for (std::size_t v = 0; v < image.size(); ++v)

@@ -128,12 +128,14 @@ struct NamedStack {
   using slice2mesh::Direction;
   std::vector<NamedStack> result;
   result.push_back({"box", stack_of({{rectangle(0, 0, 4, 3)}, {rectangle(0, 0, 4, 3)}, {rectangle(0, 0, 4, 3)}})});
-  result.push_back({"overhang", stack_of({{rectangle(0, 0, 4, 3)}, {rectangle(0, 0, 6, 3)}, {rectangle(-1, 1, 3, 2)}})});
+  result.push_back(
+      {"overhang", stack_of({{rectangle(0, 0, 4, 3)}, {rectangle(0, 0, 6, 3)}, {rectangle(-1, 1, 3, 2)}})});
   result.push_back({"hole that moves", stack_of({{rectangle(0, 0, 6, 6), rectangle(2, 2, 4, 4, Direction::Inner)},
                                                  {rectangle(0, 0, 6, 6), rectangle(2.3, 2, 4.3, 4, Direction::Inner)},
                                                  {rectangle(0, 0, 6, 6), rectangle(1, 1, 3, 3, Direction::Inner)}})});
-  result.push_back({"island in a hole", stack_of({{rectangle(0, 0, 8, 8), rectangle(1, 1, 7, 7, Direction::Inner), rectangle(3, 3, 5, 5)},
-                                                  {rectangle(0, 0, 8, 8), rectangle(1, 1, 7, 7, Direction::Inner), star(4, 4, 1.5, 6)}})});
+  result.push_back({"island in a hole",
+                    stack_of({{rectangle(0, 0, 8, 8), rectangle(1, 1, 7, 7, Direction::Inner), rectangle(3, 3, 5, 5)},
+                              {rectangle(0, 0, 8, 8), rectangle(1, 1, 7, 7, Direction::Inner), star(4, 4, 1.5, 6)}})});
   std::vector<std::vector<slice2mesh::Polyline>> cone, screw;
   for (int i = 0; i < 6; ++i) {
     cone.push_back({star(0.1, 0.2, 5 - 0.6 * i, 32)});
@@ -144,10 +146,12 @@ struct NamedStack {
   slice2mesh::Polyline line;
   line.direction = Direction::Open;
   line.points = {{-1, 1}, {5, 1.5}, {5, 4}};
-  result.push_back({"supports", stack_of({{rectangle(0, 0, 2, 3), line}, {rectangle(0, 0, 2, 3), line}, {rectangle(0, 0, 6, 5)}})});
+  result.push_back(
+      {"supports", stack_of({{rectangle(0, 0, 2, 3), line}, {rectangle(0, 0, 2, 3), line}, {rectangle(0, 0, 6, 5)}})});
   result.push_back({"two parts", stack_of({{rectangle(0, 0, 2, 2), rectangle(2, 0, 4, 2, Direction::Outer, 1)},
                                            {rectangle(0, 0, 2.5, 2), rectangle(2.5, 0, 4, 2, Direction::Outer, 1)}})});
-  slice2mesh::SliceStack gap = stack_of({{rectangle(0, 0, 3, 3)}, {}, {}, {rectangle(0, 0, 3, 3)}, {rectangle(1, 1, 3, 3)}});
+  slice2mesh::SliceStack gap =
+      stack_of({{rectangle(0, 0, 3, 3)}, {}, {}, {rectangle(0, 0, 3, 3)}, {rectangle(1, 1, 3, 3)}});
   result.push_back({"gap", gap});
   return result;
 }
@@ -162,12 +166,14 @@ struct NamedStack {
   };
   std::vector<Shape> shapes(1 + random() % 4);
   for (Shape& s : shapes)
-    s = {uniform(0, 8), uniform(0, 8), uniform(1, 3), uniform(-0.4, 0.4), uniform(-0.4, 0.4), uniform(-0.3, 0.3), uniform(0, 0.5), uniform(0, 0.2), 3 + int(random() % 14)};
+    s = {uniform(0, 8),      uniform(0, 8),   uniform(1, 3),   uniform(-0.4, 0.4),    uniform(-0.4, 0.4),
+         uniform(-0.3, 0.3), uniform(0, 0.5), uniform(0, 0.2), 3 + int(random() % 14)};
   std::vector<std::vector<slice2mesh::Polyline>> all;
   for (int i = 0; i < slices; ++i) {
     std::vector<slice2mesh::Polyline> slice;
     for (const Shape& s : shapes)
-      slice.push_back(star(s.x + s.dx * i, s.y + s.dy * i, std::max(0.6, s.r + s.dr * i), s.corners, s.depth, s.turn * i));
+      slice.push_back(
+          star(s.x + s.dx * i, s.y + s.dy * i, std::max(0.6, s.r + s.dr * i), s.corners, s.depth, s.turn * i));
     all.push_back(slice);
   }
   return stack_of(std::move(all));

@@ -33,7 +33,9 @@ std::size_t first_facet(const Plc& plc, FacetLabel label) {
   return 0;
 }
 
-Plc sample() { return run_chain(stack_of({{rectangle(0, 0, 4, 3)}, {rectangle(0, 0, 6, 3)}, {rectangle(1, 1, 3, 2)}})).plc(); }
+Plc sample() {
+  return run_chain(stack_of({{rectangle(0, 0, 4, 3)}, {rectangle(0, 0, 6, 3)}, {rectangle(1, 1, 3, 2)}})).plc();
+}
 
 }  // namespace
 

@@ -102,7 +102,8 @@ TEST_CASE("the area of a union is that of an exact boolean operation") {
 }
 
 TEST_CASE("inner loops cut holes, outer loops inside of them are islands") {
-  const std::vector<Polyline> slice{rectangle(0, 0, 8, 8), rectangle(1, 1, 7, 7, Direction::Inner), rectangle(3, 3, 5, 5)};
+  const std::vector<Polyline> slice{rectangle(0, 0, 8, 8), rectangle(1, 1, 7, 7, Direction::Inner),
+                                    rectangle(3, 3, 5, 5)};
   const LayerRegions regions = regions_of(slice);
   check_outline(regions.outlines[0]);
   CHECK(area_of(regions) == Approx(64 - 36 + 4).epsilon(1e-7));

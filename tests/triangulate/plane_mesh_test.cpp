@@ -29,11 +29,13 @@ detail::Int128 shoelace(const PlaneMesh& mesh, const std::vector<std::int32_t>& 
 }
 
 /// Everything that holds for the triangulation of a plane; `gabriel` for the conforming ones.
-void check_mesh(const Contours& contours, const InterfacePlane& plane, const PlaneMesh& mesh, bool gabriel, Seen& seen) {
+void check_mesh(const Contours& contours, const InterfacePlane& plane, const PlaneMesh& mesh, bool gabriel,
+                Seen& seen) {
   ++seen.planes;
   const auto point = [&](std::int32_t v) -> const GridPoint& { return mesh.vertices[std::size_t(v)]; };
   REQUIRE(mesh.vertices.size() >= plane.overlay.vertices.size());
-  for (std::size_t v = 0; v < plane.overlay.vertices.size(); ++v) REQUIRE(mesh.vertices[v] == plane.overlay.vertices[v]);
+  for (std::size_t v = 0; v < plane.overlay.vertices.size(); ++v)
+    REQUIRE(mesh.vertices[v] == plane.overlay.vertices[v]);
   REQUIRE(std::set<GridPoint>(mesh.vertices.begin(), mesh.vertices.end()).size() == mesh.vertices.size());
 
   // Triangles turn left; each directed edge has one.
@@ -43,8 +45,7 @@ void check_mesh(const Contours& contours, const InterfacePlane& plane, const Pla
     const auto& tri = mesh.triangles[t];
     REQUIRE(detail::orientation(point(tri[0]), point(tri[1]), point(tri[2])) > 0);
     REQUIRE((!mesh.sides[t][0].empty() || !mesh.sides[t][1].empty()));
-    for (std::size_t k = 0; k < 3; ++k)
-      REQUIRE(half.emplace(std::make_pair(tri[k], tri[(k + 1) % 3]), t).second);
+    for (std::size_t k = 0; k < 3; ++k) REQUIRE(half.emplace(std::make_pair(tri[k], tri[(k + 1) % 3]), t).second);
   }
   const auto apex = [&](std::size_t t, std::int32_t a, std::int32_t b) {
     for (const std::int32_t v : mesh.triangles[t])
@@ -87,7 +88,8 @@ void check_mesh(const Contours& contours, const InterfacePlane& plane, const Pla
     }
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
       if (!mesh.sides[t][above ? 1 : 0].empty())
-        triangles += detail::cross(point(mesh.triangles[t][0]), point(mesh.triangles[t][1]), point(mesh.triangles[t][2]));
+        triangles +=
+            detail::cross(point(mesh.triangles[t][0]), point(mesh.triangles[t][1]), point(mesh.triangles[t][2]));
     REQUIRE(triangles == lifted);
   }
 

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+#include "slice2mesh/tet/slab_filler.hpp"
+
+#include <CGAL/Delaunay_triangulation_3.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <random>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "plc/chain.hpp"
+#include "slice2mesh/plc/verify_plc.hpp"
+#include "slice2mesh/quality/certificate.hpp"
+#include "test_support.hpp"
+
+using namespace slice2mesh;
+using namespace slice2mesh_test;
+
+namespace {
+
+std::string failures(const Certificate& certificate) {
+  std::string text;
+  for (const CertificateCheck& c : certificate.checks)
+    if (!c.passed) text += c.name + " (" + c.detail + ") ";
+  return text;
+}
+
+Mesh check_fill(const Plc& plc) {
+  Mesh mesh = SlabFiller{}(plc);
+  const Certificate certificate = certify(mesh, plc);
+  CHECK(failures(certificate) == "");
+  CHECK(certificate.passed());
+  CHECK(certificate.volume == Approx(certificate.expected_volume).epsilon(1e-9));
+  CHECK(mesh.vertices.size() == plc.vertices.size());  // no other vertices than the planes have
+  return mesh;
+}
+
+/// One slab over a convex polygon, with other random points on its two planes.
+struct RandomSlab {
+  Chain chain;
+  Plc plc;
+};
+RandomSlab random_slab(std::uint32_t seed) {
+  std::mt19937 random(seed);
+  RandomSlab result;
+  Polyline polygon = star(0, 0, 4, 5 + int(random() % 6), 0, 0.1 * double(seed));
+  SliceStack stack = stack_of({{polygon}});
+  SlabOptions slab_options;
+  slab_options.thickness = 0.5;
+  Chain& chain = result.chain;
+  chain.regions = build_regions(stack, make_slabs(stack, slab_options, chain.diagnostics), {}, chain.diagnostics);
+  chain.contours = harmonize(chain.regions, {}, chain.diagnostics);
+  const auto number = [&] {
+    return std::int64_t((double(random()) / 2147483648.0 - 1) * 4 / chain.contours.grid.pitch);
+  };
+  for (const auto& [below, above] : plane_slabs(chain.contours.slabs, chain.slab_planes)) {
+    chain.lifted.push_back(lift(chain.contours, below, above));
+    PlaneRefinement refinement;
+    for (int i = 0; i < 40; ++i) refinement.interior.push_back({number(), number()});
+    chain.planes.push_back(triangulate_plane(chain.lifted.back(), refinement));
+  }
+  result.plc = chain.plc();
+  return result;
+}
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+/// Coordinates in pitches; heights in quarters of the pentagon's radius. Whole numbers below 2^53.
+Kernel::Point_3 exact_point(const Plc& plc, std::size_t v, double height) {
+  return {double(plc.vertices[v].x), double(plc.vertices[v].y), plc.vertex_plane[v] == 0 ? 0 : height};
+}
+
+}  // namespace
+
+TEST_CASE("the filler's mesh passes every check on generated and random stacks") {
+  std::size_t tets = 0, regions = 0;
+  for (const NamedStack& named : generated_stacks()) {
+    INFO(named.name);
+    const Plc plc = run_chain(named.stack).plc();
+    const Mesh mesh = check_fill(plc);
+    tets += mesh.tets.size();
+    regions = std::max(regions, std::set<std::int32_t>(mesh.tet_region.begin(), mesh.tet_region.end()).size());
+    CHECK(std::set<std::int32_t>(mesh.tet_slab.begin(), mesh.tet_slab.end()).size() == plc.slabs.size());
+  }
+  CHECK(regions == 2);
+  for (std::uint32_t seed = 1; seed <= 20; ++seed)
+    for (const double eps : {0.1, 0.0}) {
+      INFO("seed " << seed << " eps " << eps);
+      ChainOptions options;
+      options.eps = eps;
+      const Plc plc = run_chain(random_stack(seed), options).plc();
+      REQUIRE(verify_plc(plc).passed());
+      tets += check_fill(plc).tets.size();
+    }
+  CHECK(tets > 10000);
+}
+
+TEST_CASE("plane triangulations without interior vertices, fine and coarse, are filled too") {
+  for (std::uint32_t seed = 50; seed <= 56; ++seed)
+    for (const double size : {0.5, 1.0, 4.0}) {
+      INFO("seed " << seed << " size " << size);
+      ChainOptions options;
+      options.interior = size == 1.0;
+      options.contour_size = size;
+      options.radius_edge_ratio = size > 2 ? 0 : 1.3;
+      check_fill(run_chain(random_stack(seed, 3), options).plc());
+    }
+}
+
+TEST_CASE("where both planes have the same triangles, every prism is cut in three") {
+  const Plc plc =
+      run_chain(stack_of({{rectangle(0, 0, 4, 3)}, {rectangle(0, 0, 4, 3)}, {rectangle(0, 0, 4, 3)}})).plc();
+  const Mesh mesh = check_fill(plc);
+  std::size_t bottom = 0;
+  for (const Facet& facet : plc.facets) bottom += facet.label == FacetLabel::Down ? 1U : 0U;
+  REQUIRE(bottom > 10);
+  CHECK(mesh.tets.size() == 3 * 3 * bottom);
+  // Each tet has a vertical edge.
+  for (const auto& tet : mesh.tets) {
+    bool vertical = false;
+    for (std::size_t i = 0; i < 4; ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        vertical = vertical || plc.vertices[std::size_t(tet[i])] == plc.vertices[std::size_t(tet[j])];
+    CHECK(vertical);
+  }
+}
+
+TEST_CASE("over a convex contour the fill is Delaunay: no vertex in any circumsphere, as many tets as in CGAL's") {
+  std::size_t compared = 0, same = 0;
+  for (std::uint32_t seed = 1; seed <= 12; ++seed) {
+    INFO("seed " << seed);
+    const RandomSlab slab = random_slab(seed);
+    const Mesh mesh = check_fill(slab.plc);
+    const double height = std::round(1.0 / slab.plc.grid.pitch);
+    std::vector<Kernel::Point_3> points;
+    for (std::size_t v = 0; v < slab.plc.vertices.size(); ++v) points.push_back(exact_point(slab.plc, v, height));
+    std::set<std::array<std::int32_t, 4>> own;
+    for (const auto& tet : mesh.tets) {
+      const Kernel::Tetrahedron_3 t(points[std::size_t(tet[0])], points[std::size_t(tet[1])],
+                                    points[std::size_t(tet[2])], points[std::size_t(tet[3])]);
+      REQUIRE(CGAL::orientation(t[0], t[1], t[2], t[3]) == CGAL::POSITIVE);
+      std::size_t inside = 0;
+      for (std::size_t v = 0; v < points.size(); ++v)
+        inside += CGAL::side_of_oriented_sphere(t[0], t[1], t[2], t[3], points[v]) == CGAL::ON_POSITIVE_SIDE ? 1U : 0U;
+      REQUIRE(inside == 0);
+      auto key = tet;
+      std::sort(key.begin(), key.end());
+      own.insert(key);
+    }
+    // Another Delaunay mesh of the same points; it may differ where points are co-spherical (columns at the walls).
+    CGAL::Delaunay_triangulation_3<Kernel> delaunay;
+    std::map<Kernel::Point_3, std::int32_t> index;
+    for (std::size_t v = 0; v < points.size(); ++v) {
+      delaunay.insert(points[v]);
+      index[points[v]] = std::int32_t(v);
+    }
+    for (auto cell = delaunay.finite_cells_begin(); cell != delaunay.finite_cells_end(); ++cell) {
+      std::array<std::int32_t, 4> key{};
+      for (int i = 0; i < 4; ++i) key[std::size_t(i)] = index[cell->vertex(i)->point()];
+      std::sort(key.begin(), key.end());
+      ++compared;
+      same += own.count(key);
+    }
+  }
+  CHECK(compared > 1000);
+  CHECK(double(same) > 0.8 * double(compared));
+}
+
+TEST_CASE("the filler needs inner faces and keeps to its budget") {
+  const Chain chain = run_chain(stack_of({{rectangle(0, 0, 4, 3)}, {rectangle(0, 0, 4, 3)}}));
+  CHECK_THROWS_AS(SlabFiller{}(chain.plc(false)), TetrahedralizationError);
+  SlabFiller filler;
+  filler.max_tets = 10;
+  CHECK_THROWS_AS(filler(chain.plc()), BudgetError);
+}
+
+TEST_CASE("the same complex gives the same mesh") {
+  const Plc plc = run_chain(random_stack(3)).plc();
+  const Mesh a = SlabFiller{}(plc), b = SlabFiller{}(plc);
+  CHECK(a.tets == b.tets);
+  CHECK(a.vertices == b.vertices);
+}
+
+TEST_CASE("the meshes of the slice files pass every check", "[corpus]") {
+  std::size_t tets = 0;
+  const auto files = small_corpus_files();
+  for (const auto& path : files) {
+    INFO(path.filename().string());
+    tets += check_fill(run_chain(read_cli(path.string())).plc()).tets.size();
+  }
+  if (!files.empty()) CHECK(tets > 100000);
+}
