@@ -92,11 +92,13 @@ public:
     const std::int64_t xmin = std::min(a.x, b.x), xmax = std::max(a.x, b.x);
     for (std::int64_t row = row0; row <= row1; ++row) {
       std::int64_t x0 = xmin, x1 = xmax;
-      if (row1 > row0) {
-        // The part of the segment between the lines y0 and y1; one more pitch covers the rounding of the products.
+      if (row1 > row0 && top.y > bottom.y) {
+        // The part of the segment between the lines y0 and y1; one more pitch covers the rounding of the products. A
+        // nearly horizontal segment has a slope whose products leave the range of integers: they are clamped first.
         const double y0 = double(low_.y + row * cell_ - bottom.y) - double(pad) - 1;
         const double y1 = y0 + double(cell_) + 2 * double(pad) + 2;
-        const double u = double(bottom.x) + slope * y0, v = double(bottom.x) + slope * y1;
+        const auto clamped = [&](double x) { return std::clamp(x, double(xmin) - 2, double(xmax) + 2); };
+        const double u = clamped(double(bottom.x) + slope * y0), v = clamped(double(bottom.x) + slope * y1);
         x0 = std::max(xmin, static_cast<std::int64_t>(std::floor(std::min(u, v))) - 1);
         x1 = std::min(xmax, static_cast<std::int64_t>(std::ceil(std::max(u, v))) + 1);
         if (x0 > x1) x0 = x1 = std::clamp(x0, xmin, xmax);

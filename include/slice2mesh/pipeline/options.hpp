@@ -53,9 +53,13 @@ struct ThickenOptions {
 
 /// Horizontal element size.
 struct SizeOptions {
-  Length size = Length::layers(2);      ///< target edge length in the interior, > 0
-  Length contour_size = Length::mm(0);  ///< longest edge of a contour; 0: chosen from `size` and the layer thickness
-  double grading = 0.5;                 ///< growth of the edge length per unit of distance from a contour, (0, 2]
+  /// Target edge length in the interior. 0: twice the layer thickness, or more (up to `coarsest`) where that would give
+  /// more than `automatic_tets` elements.
+  Length size = Length::mm(0);
+  Length coarsest = Length::layers(20);  ///< of the automatic size, > 0
+  double automatic_tets = 4e6;           ///< number of tets that the automatic size aims to stay below, > 0
+  Length contour_size = Length::mm(0);   ///< longest edge of a contour; 0: chosen from `size` and the layer thickness
+  double grading = 0.5;                  ///< growth of the edge length per unit of distance from a contour, (0, 2]
   std::function<double(double x, double y, double z)>
       field;  ///< optional upper bound of the edge length (mm) at a point (mm)
 };

@@ -100,15 +100,15 @@ inline void check_options(const Options& options) {
   const Progress progress = clock.watched();
 
   const SlabPlan plan = make_slabs(stack, options.slabs, result.diagnostics);
-  const PlaneSizes sizes = resolve_sizes(options.size, plan.thickness);
   const LayerRegions regions = build_regions(stack, plan, options.supports, result.diagnostics, progress);
+  const PlaneSizes sizes = resolve_sizes(options.size, regions);
   clock.done(Stage::Regions);
   HarmonizeOptions harmonize_options;
   harmonize_options.eps = options.eps.in_mm(plan.thickness);
   harmonize_options.contour_size = sizes.contour_size;
   const Contours contours = harmonize(regions, harmonize_options, result.diagnostics, progress);
   clock.done(Stage::Harmonize);
-  const PlaneStack planes = triangulate_planes(contours, options.size, options.budget, progress);
+  const PlaneStack planes = triangulate_planes(contours, sizes, options.budget, progress);
   clock.done(Stage::Triangulate);
   result.plc = build_plc(contours, planes.meshes, planes.slab_planes);
   clock.done(Stage::Plc);

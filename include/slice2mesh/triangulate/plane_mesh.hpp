@@ -134,7 +134,8 @@ private:
     const GridPoint a = points_[std::size_t(s.a)], b = points_[std::size_t(s.b)];
     for (int side = 0; side < 2; ++side) {
       const auto [f, i] = side == 0 ? left_face(s.a, s.b) : left_face(s.b, s.a);
-      if (cdt_.is_infinite(f) || !material(2 * s.edge + side)) continue;
+      // Also on a side without material: across a gap no vertex may be nearer than those on its walls.
+      if (cdt_.is_infinite(f)) continue;
       if (in_diametral_disc(a, b, point(f->vertex(i)))) return true;
     }
     return false;

@@ -25,18 +25,31 @@ struct PlaneSizes {
   double contour_size = 0;  ///< longest edge of a contour
 };
 
-/// The sizes in mm that the options mean for a layer thickness (mm).
-/// Errors: OptionError for sizes that are not positive and finite.
-[[nodiscard]] inline PlaneSizes resolve_sizes(const SizeOptions& options, double thickness) {
+/// The sizes in mm that the options mean for regions.
+/// Errors: OptionError for sizes that are not positive and finite. Cost: linear.
+[[nodiscard]] inline PlaneSizes resolve_sizes(const SizeOptions& options, const LayerRegions& regions) {
+  const double thickness = regions.thickness;
   PlaneSizes sizes;
   sizes.size = options.size.in_mm(thickness);
-  if (!(sizes.size > 0) || !std::isfinite(sizes.size))
-    throw OptionError("size.size", "must be a finite length above 0");
+  if (!(sizes.size >= 0) || !std::isfinite(sizes.size))
+    throw OptionError("size.size", "must be a finite length, 0 or more");
   sizes.contour_size = options.contour_size.in_mm(thickness);
   if (!(sizes.contour_size >= 0) || !std::isfinite(sizes.contour_size))
     throw OptionError("size.contour_size", "must be a finite length, 0 or more");
   if (!(options.grading > 0 && options.grading <= 2))
     throw OptionError("size.grading", "must be above 0 and at most 2");
+  if (sizes.size == 0) {
+    const double coarsest = options.coarsest.in_mm(thickness);
+    if (!(coarsest > 0) || !std::isfinite(coarsest))
+      throw OptionError("size.coarsest", "must be a finite length above 0");
+    if (!(options.automatic_tets > 0)) throw OptionError("size.automatic_tets", "must be above 0");
+    double area = 0;  // mm^2, of all slabs
+    for (const Outline& outline : regions.outlines)
+      area += static_cast<double>(detail::doubled_area(outline, kNone)) / 2 * regions.grid.pitch * regions.grid.pitch;
+    // An equilateral triangle has sqrt(3)/4 l^2, and a column over it is cut in three tets.
+    const double needed = std::sqrt(3 * area / (std::sqrt(3.0) / 4 * options.automatic_tets));
+    sizes.size = std::max(2 * thickness, std::min(needed, coarsest));
+  }
   // Half of the interior size: contours of neighboring layers are nearer to each other than anything in the interior.
   if (sizes.contour_size == 0) sizes.contour_size = sizes.size / 2;
   return sizes;
@@ -50,9 +63,8 @@ struct PlaneStack {
 
 /// Conforming, graded triangulations of all planes. Each is a pure function of the contours of at most four slabs.
 /// Errors: OptionError, BudgetError. Cost: O(n log n) per plane.
-[[nodiscard]] inline PlaneStack triangulate_planes(const Contours& contours, const SizeOptions& options,
+[[nodiscard]] inline PlaneStack triangulate_planes(const Contours& contours, const PlaneSizes& sizes,
                                                    const Budget& budget = {}, const Progress& progress = {}) {
-  const PlaneSizes sizes = resolve_sizes(options, contours.thickness);
   const double pitch = contours.grid.pitch;
   PlaneStack stack;
   const auto planes = plane_slabs(contours.slabs, stack.slab_planes);
