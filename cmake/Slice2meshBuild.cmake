@@ -40,3 +40,10 @@ function(slice2mesh_own_target target)
   endif()
   set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
 endfunction()
+
+# The same for a test or an example.
+function(slice2mesh_test_target target)
+  slice2mesh_own_target(${target})
+  separate_arguments(flags NATIVE_COMMAND "${SLICE2MESH_TEST_FLAGS}")
+  target_compile_options(${target} PRIVATE ${flags})
+endfunction()
