@@ -66,8 +66,9 @@ struct SizeOptions {
 
 /// From planes to tetrahedra.
 struct ImproveOptions {
-  std::int32_t rounds = 12;  ///< rounds of sliver removal, >= 0; 0 leaves the raw fill
-  double target = 5;         ///< R/3r above which a tet is worked on, >= 1
+  std::int32_t rounds = 24;  ///< rounds of sliver removal, >= 0; 0 leaves the raw fill
+  double target = 4;         ///< R/3r above which a tet is worked on, >= 1
+  double most_work = 2.5e7;  ///< the rounds end when this many tets have been filled again
 };
 
 /// Limits of one run; 0 means no limit.

@@ -14,6 +14,7 @@
 #include "slice2mesh/core/plc.hpp"
 #include "slice2mesh/core/slice_stack.hpp"
 #include "slice2mesh/harmonize/harmonize.hpp"
+#include "slice2mesh/improve/improve.hpp"
 #include "slice2mesh/pipeline/options.hpp"
 #include "slice2mesh/plc/build_plc.hpp"
 #include "slice2mesh/quality/certificate.hpp"
@@ -108,7 +109,8 @@ inline void check_options(const Options& options) {
   harmonize_options.contour_size = sizes.contour_size;
   const Contours contours = harmonize(regions, harmonize_options, result.diagnostics, progress);
   clock.done(Stage::Harmonize);
-  const PlaneStack planes = triangulate_planes(contours, sizes, options.budget, progress);
+  PlaneStack planes = triangulate_planes(contours, sizes, options.budget, progress);
+  improve_planes(contours, planes, options.improve, sizes, progress);
   clock.done(Stage::Triangulate);
   result.plc = build_plc(contours, planes.meshes, planes.slab_planes);
   clock.done(Stage::Plc);

@@ -47,8 +47,9 @@ namespace detail {
 
 class PlaneMesher {
 public:
-  PlaneMesher(const InterfacePlane& plane, const PlaneRefinement& options)
-      : plane_(plane), options_(options), points_(plane.overlay.vertices), frame_(points_.size()) {
+  PlaneMesher(InterfacePlane plane, PlaneRefinement options)
+      : plane_(std::move(plane)), options_(std::move(options)), points_(plane_.overlay.vertices),
+        frame_(points_.size()) {
     // A frame around everything: no contour edge is on the hull, whose vertices could not be moved off a line by
     // rounding.
     for (const std::int64_t x : {-kGridLimit, kGridLimit})
@@ -67,16 +68,87 @@ public:
     label_faces();
   }
 
-  /// All steps; returns the triangulation.
-  [[nodiscard]] PlaneMesh run() {
+  /// All steps of the refinement.
+  void run() {
     if (options_.gabriel) make_gabriel();
     if (!options_.interior.empty()) insert_interior();
     if (options_.radius_edge_ratio > 0) refine();
     if (options_.gabriel) make_gabriel();
-    return extract();
+    options_.interior.clear();
+    options_.interior.shrink_to_fit();
+  }
+
+  /// Inserts a free vertex; its index, or kNone where there is no room. Indices here are those of an extract that is
+  /// not compact.
+  [[nodiscard]] std::int32_t insert(const GridPoint& p) {
+    Cdt::Face_handle hint;
+    if (!insert_free(p, hint, 0)) return kNone;
+    return outside_index(std::int32_t(points_.size()) - 1);
+  }
+  /// Removes free vertices. Faces get their labels back with `relabel`.
+  void remove(std::int32_t vertex) {
+    const std::int32_t v = inside_index(vertex);
+    cdt_.remove(handles_[std::size_t(v)]);
+    handles_[std::size_t(v)] = nullptr;
+  }
+  /// To be called after vertices have been removed and before anything else.
+  void relabel() { label_faces(); }
+
+  /// The triangulation. Compact: without the vertices that have been removed; else all indices stay what they were.
+  [[nodiscard]] PlaneMesh extract(bool compact = true) const {
+    PlaneMesh mesh;
+    mesh.z = plane_.z;
+    for (const Cdt::Face_handle f : cdt_.finite_face_handles()) {
+      if (!material(f->info())) continue;
+      mesh.triangles.push_back({f->vertex(0)->info(), f->vertex(1)->info(), f->vertex(2)->info()});
+      mesh.sides.push_back(cells(f->info()));
+    }
+    std::vector<std::vector<std::int32_t>> pieces(plane_.overlay.edges.size());
+    for (std::size_t e = 0; e < pieces.size(); ++e)
+      for (auto s = std::int32_t(e); s != kNone; s = subs_[std::size_t(s)].next)
+        pieces[e].push_back(subs_[std::size_t(s)].a);
+    std::unordered_map<std::uint64_t, std::int32_t> edge_of;
+    edge_of.reserve(pieces.size() * 2);
+    for (std::size_t e = 0; e < pieces.size(); ++e)
+      edge_of[key(plane_.overlay.edges[e].a, plane_.overlay.edges[e].b)] = std::int32_t(e);
+    const auto chains = [&](const std::vector<std::vector<std::int32_t>>& paths,
+                            std::vector<std::vector<std::int32_t>>& result) {
+      for (const std::vector<std::int32_t>& path : paths) {
+        std::vector<std::int32_t> chain;
+        for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+          const auto e = std::size_t(edge_of.at(key(path[i], path[i + 1])));
+          if (plane_.overlay.edges[e].a == path[i])
+            chain.insert(chain.end(), pieces[e].begin(), pieces[e].end());
+          else {
+            chain.push_back(path[i]);
+            chain.insert(chain.end(), pieces[e].rbegin(), pieces[e].rend() - 1);
+          }
+        }
+        if (!path.empty()) chain.push_back(path.back());
+        result.push_back(std::move(chain));
+      }
+    };
+    chains(plane_.below_path, mesh.below_chain);
+    chains(plane_.above_path, mesh.above_chain);
+    // Without the frame, and without removed vertices.
+    std::vector<std::int32_t> index(points_.size(), kNone);
+    for (std::size_t v = 0; v < points_.size(); ++v) {
+      if ((v >= frame_ && v < frame_ + 4) || (compact && handles_[v] == nullptr)) continue;
+      index[v] = std::int32_t(mesh.vertices.size());
+      mesh.vertices.push_back(points_[v]);
+      mesh.fixed.push_back(contour_[v]);
+    }
+    for (auto& t : mesh.triangles)
+      for (std::int32_t& v : t) v = index[std::size_t(v)];
+    for (auto* all : {&mesh.below_chain, &mesh.above_chain})
+      for (auto& chain : *all)
+        for (std::int32_t& v : chain) v = index[std::size_t(v)];
+    return mesh;
   }
 
 private:
+  [[nodiscard]] std::int32_t inside_index(std::int32_t v) const { return std::size_t(v) < frame_ ? v : v + 4; }
+  [[nodiscard]] std::int32_t outside_index(std::int32_t v) const { return std::size_t(v) < frame_ ? v : v - 4; }
   struct Sub {
     std::int32_t a, b;  // same way as the edge of the overlay
     std::int32_t edge;
@@ -324,59 +396,8 @@ private:
     }
   }
 
-  [[nodiscard]] PlaneMesh extract() {
-    PlaneMesh mesh;
-    mesh.z = plane_.z;
-    for (const Cdt::Face_handle f : cdt_.finite_face_handles()) {
-      if (!material(f->info())) continue;
-      mesh.triangles.push_back({f->vertex(0)->info(), f->vertex(1)->info(), f->vertex(2)->info()});
-      mesh.sides.push_back(cells(f->info()));
-    }
-    std::vector<std::vector<std::int32_t>> pieces(plane_.overlay.edges.size());
-    for (std::size_t e = 0; e < pieces.size(); ++e)
-      for (auto s = std::int32_t(e); s != kNone; s = subs_[std::size_t(s)].next)
-        pieces[e].push_back(subs_[std::size_t(s)].a);
-    std::unordered_map<std::uint64_t, std::int32_t> edge_of;
-    edge_of.reserve(pieces.size() * 2);
-    for (std::size_t e = 0; e < pieces.size(); ++e)
-      edge_of[key(plane_.overlay.edges[e].a, plane_.overlay.edges[e].b)] = std::int32_t(e);
-    const auto chains = [&](const std::vector<std::vector<std::int32_t>>& paths,
-                            std::vector<std::vector<std::int32_t>>& result) {
-      for (const std::vector<std::int32_t>& path : paths) {
-        std::vector<std::int32_t> chain;
-        for (std::size_t i = 0; i + 1 < path.size(); ++i) {
-          const auto e = std::size_t(edge_of.at(key(path[i], path[i + 1])));
-          if (plane_.overlay.edges[e].a == path[i])
-            chain.insert(chain.end(), pieces[e].begin(), pieces[e].end());
-          else {
-            chain.push_back(path[i]);
-            chain.insert(chain.end(), pieces[e].rbegin(), pieces[e].rend() - 1);
-          }
-        }
-        if (!path.empty()) chain.push_back(path.back());
-        result.push_back(std::move(chain));
-      }
-    };
-    chains(plane_.below_path, mesh.below_chain);
-    chains(plane_.above_path, mesh.above_chain);
-    // Without the frame.
-    const auto drop_frame = [&](std::int32_t& v) {
-      if (std::size_t(v) >= frame_) v -= 4;
-    };
-    for (auto& t : mesh.triangles)
-      for (std::int32_t& v : t) drop_frame(v);
-    for (auto* all : {&mesh.below_chain, &mesh.above_chain})
-      for (auto& chain : *all)
-        for (std::int32_t& v : chain) drop_frame(v);
-    points_.erase(points_.begin() + std::ptrdiff_t(frame_), points_.begin() + std::ptrdiff_t(frame_) + 4);
-    contour_.erase(contour_.begin() + std::ptrdiff_t(frame_), contour_.begin() + std::ptrdiff_t(frame_) + 4);
-    mesh.fixed = std::move(contour_);
-    mesh.vertices = std::move(points_);
-    return mesh;
-  }
-
-  const InterfacePlane& plane_;
-  const PlaneRefinement& options_;
+  InterfacePlane plane_;
+  PlaneRefinement options_;
   std::vector<GridPoint> points_;
   std::vector<Cdt::Vertex_handle> handles_;
   std::vector<char> contour_;
@@ -393,7 +414,9 @@ private:
 /// The triangulation of a plane. A pure function of the plane and the options.
 /// Cost: O(n log n) plus the refinement, about linear in the result.
 [[nodiscard]] inline PlaneMesh triangulate_plane(const InterfacePlane& plane, const PlaneRefinement& options) {
-  return detail::PlaneMesher(plane, options).run();
+  detail::PlaneMesher mesher(plane, options);
+  mesher.run();
+  return mesher.extract();
 }
 
 /// The constrained Delaunay triangulation of a plane without any further point: the paper's.

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "slice2mesh/core/diagnostics.hpp"
@@ -57,8 +58,9 @@ struct PlaneSizes {
 
 /// The triangulations of all planes, lowest first, and which planes bound each slab.
 struct PlaneStack {
-  std::vector<PlaneMesh> meshes;                         ///< #P
-  std::vector<std::array<std::int32_t, 2>> slab_planes;  ///< #S by 2
+  std::vector<PlaneMesh> meshes;                              ///< #P
+  std::vector<std::array<std::int32_t, 2>> slab_planes;       ///< #S by 2
+  std::vector<std::unique_ptr<detail::PlaneMesher>> meshers;  ///< #P, behind the triangulations, for later changes
 };
 
 /// Conforming, graded triangulations of all planes. Each is a pure function of the contours of at most four slabs.
@@ -71,7 +73,7 @@ struct PlaneStack {
   std::int64_t vertices = 0;
   for (std::size_t k = 0; k < planes.size(); ++k) {
     report(progress, Stage::Triangulate, double(k) / double(planes.size()));
-    const InterfacePlane plane = lift(contours, planes[k].first, planes[k].second);
+    InterfacePlane plane = lift(contours, planes[k].first, planes[k].second);
     PlaneRefinement refinement;
     refinement.interior =
         interior_points(contours, planes[k].first, planes[k].second, {sizes.size / pitch, sizes.contour_size / pitch});
@@ -79,7 +81,9 @@ struct PlaneStack {
     refinement.shortest = 0.05 * contours.thickness / pitch;
     if (budget.max_vertices > 0)
       refinement.max_vertices = static_cast<std::size_t>(std::max<std::int64_t>(1, budget.max_vertices - vertices));
-    stack.meshes.push_back(triangulate_plane(plane, refinement));
+    stack.meshers.push_back(std::make_unique<detail::PlaneMesher>(std::move(plane), std::move(refinement)));
+    stack.meshers.back()->run();
+    stack.meshes.push_back(stack.meshers.back()->extract());
     vertices += static_cast<std::int64_t>(stack.meshes.back().vertices.size());
   }
   report(progress, Stage::Triangulate, 1);
