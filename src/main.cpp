@@ -156,13 +156,22 @@ void add_meshing_options(CLI::App& app, slice2mesh::Options& options) {
   add_length(app, "--eps", options.eps,
              "A layer differs from the one below only where the difference is at least this wide; 0: exact")
       ->group(elements);
-  add_length(app, "--size", options.size.size, "Edge length in the interior")->group(elements);
+  add_length(app, "--size", options.size.size,
+             "Edge length in the interior; 0: twice the layer thickness, or more for "
+             "very large parts")
+      ->group(elements);
+  add_length(app, "--coarsest", options.size.coarsest, "Largest automatic size")->group(elements);
+  add_number(app, "--automatic-tets", options.size.automatic_tets,
+             "Elements that the automatic size aims to stay below")
+      ->group(elements);
   add_length(app, "--contour-size", options.size.contour_size, "Longest edge of a contour; 0: chosen from --size")
       ->group(elements);
   add_number(app, "--grading", options.size.grading, "Growth of the edge length per unit of distance from a contour")
       ->group(elements);
   add_count(app, "--improve-rounds", options.improve.rounds, "Rounds of sliver removal; 0: none")->group(elements);
   add_number(app, "--improve-target", options.improve.target, "Elements with a worse R/3r are worked on")
+      ->group(elements);
+  add_number(app, "--improve-work", options.improve.most_work, "The rounds end when so many elements were filled again")
       ->group(elements);
 
   const std::string limits = "Limits (0: none)";
