@@ -341,7 +341,7 @@ namespace detail {
 }  // namespace detail
 
 /// End points within so many steps of another segment are taken to lie on it.
-inline constexpr double kAttachSteps = 2;
+inline constexpr double kAttachSteps = 64;
 
 /// Which vertices segments are led through although they do not meet their cells.
 struct Attachment {

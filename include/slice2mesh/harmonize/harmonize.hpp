@@ -42,6 +42,12 @@ struct Contours {
 
 namespace detail {
 
+/// The smallest tolerance in pitches: 2^-20 of the extent of the part. Pockets narrower than this cannot be meshed
+/// conformingly in double coordinates: at the tip of one of 10^-6 of its length, the place where a contour edge has to
+/// be split so that neither contour has a point in a diametral disc of the other lies between two grid points. Exact
+/// mode closes them too.
+inline constexpr double kSmallestEps = 1048576;
+
 /// Shares of eps. What simplification and the dropped differences cost together stays below 1; the measured deviation
 /// is checked all the same.
 inline constexpr double kOpeningShare = 0.8;         // differences narrower than this go
@@ -51,7 +57,7 @@ inline constexpr double kShortToleranceShare = 0.3;  // ... this tolerance
 inline constexpr double kSnapShare = 0.25;           // vertices this near to one below move onto it
 inline constexpr double kResolutionShare = 0.005;    // resolution of the measured deviation
 
-/// Splits edges longer than `longest` pitches evenly. `skip` (#E, may be empty) edges stay.
+/// Splits edges longer than `longest` pitches evenly.
 inline void subdivide(Outline& outline, double longest) {
   if (!(longest > 0) || !std::isfinite(longest)) return;
   std::vector<Outline::Edge> edges;
@@ -87,8 +93,8 @@ inline void subdivide(Outline& outline, double longest) {
 ///
 /// Postcondition: the deviation of every slab from its input, measured both ways, is at most eps. A slab for which the
 /// usual shares of eps would exceed that is done again with smaller ones, in the end with its input as it is.
-/// With eps = 0 contours are the input. Slabs that do not touch the slab below start anew.
-/// Cost: O(n log n) per slab.
+/// With eps = 0 (exact mode) only pockets below the smallest tolerance are closed, 2^-20 of the extent. Slabs that do
+/// not touch the slab below start anew. Cost: O(n log n) per slab.
 [[nodiscard]] inline Contours harmonize(const LayerRegions& input, const HarmonizeOptions& options,
                                         Diagnostics& diagnostics, const Progress& progress = {}) {
   if (!(options.eps >= 0) || !std::isfinite(options.eps))
@@ -100,18 +106,14 @@ inline void subdivide(Outline& outline, double longest) {
   result.thickness = input.thickness;
   result.eps = options.eps;
   result.z_convention = input.z_convention;
-  const double eps = options.eps / input.grid.pitch;
+  const double eps = std::max(options.eps / input.grid.pitch, detail::kSmallestEps);
+  if (options.eps > 0 && options.eps / input.grid.pitch < detail::kSmallestEps)
+    diagnostics.add(Severity::Warning, Stage::Harmonize, "eps_too_small",
+                    "eps is below what can be told apart in double precision; 2^-20 of the extent is used instead");
   const double longest = options.contour_size > 0 ? options.contour_size / input.grid.pitch : HUGE_VAL;
   for (std::size_t s = 0; s < input.slabs.size(); ++s) {
     report(progress, Stage::Harmonize, double(s) / double(input.slabs.size()));
     const Outline& own = input.outlines[s];
-    // Below this many pitches a tolerance means nothing on the grid: contours stay as they are.
-    constexpr double kSmallestEps = 64 * double(kContourStep);
-    if (eps < kSmallestEps) {
-      result.outlines.push_back(own);
-      result.deviation.push_back(0);
-      continue;
-    }
     const bool stacked = s > 0 && input.slabs[s - 1].z_high == input.slabs[s].z_low;
     Outline outline;
     double deviation = 0;
@@ -126,6 +128,7 @@ inline void subdivide(Outline& outline, double longest) {
       }
       outline = detail::prepare(own, share * eps);
       if (stacked) {
+        detail::snap_vertices(outline, result.outlines[s - 1], detail::kSnapShare * share * eps);
         outline =
             detail::open_difference(outline, result.outlines[s - 1], static_cast<std::int32_t>(input.regions.size()),
                                     share * eps * detail::kOpeningShare,

@@ -275,7 +275,7 @@ inline void improve_planes(const Contours& contours, PlaneStack& stack, const Im
                            const PlaneSizes& sizes, const Progress& progress = {}) {
   if (options.rounds < 0) throw OptionError("improve.rounds", "must be 0 or more");
   if (!(options.target >= 1)) throw OptionError("improve.target", "must be at least 1");
-  if (options.rounds == 0) return;
+  if (options.rounds == 0 || contours.eps == 0) return;  // exact mode promises no quality, and has none to gain
   detail::Improver(contours, stack, options, sizes, progress).run();
 }
 

@@ -104,7 +104,11 @@ inline Outline outline_of(const Arrangement& arrangement, const ArrangementFaces
 /// Unites the loops of one slab.
 inline Outline unite(const std::vector<TaggedSegment>& segments, const std::vector<Loop>& loops, std::size_t regions,
                      std::int64_t layer, Diagnostics& diagnostics) {
-  const Arrangement arrangement = snap_round(segments);
+  // What is nearer than the overlays of planes can tell apart is one here already: no sliver of a region may vanish
+  // later.
+  Attachment attachment;
+  attachment.near = kAttachSteps * double(kContourStep);
+  const Arrangement arrangement = snap_round(segments, attachment);
   const PlanarTriangulation triangulation = triangulate(arrangement);
   if (triangulation.triangles.empty()) return {};
   const ArrangementFaces faces = find_faces(arrangement, triangulation);

@@ -202,15 +202,58 @@ private:
       throw BudgetError(Stage::Triangulate, "a plane needs more vertices than max_vertices");
   }
 
-  [[nodiscard]] bool encroached(const Sub& s) const {
+  /// The vertex in the diametral disc of a piece that is nearest to it, of the two opposite ones; kNone if the piece is
+  /// Gabriel.
+  [[nodiscard]] std::int32_t encroacher(const Sub& s) const {
     const GridPoint a = points_[std::size_t(s.a)], b = points_[std::size_t(s.b)];
+    std::int32_t result = kNone;
+    double nearest = HUGE_VAL;
     for (int side = 0; side < 2; ++side) {
       const auto [f, i] = side == 0 ? left_face(s.a, s.b) : left_face(s.b, s.a);
       // Also on a side without material: across a gap no vertex may be nearer than those on its walls.
       if (cdt_.is_infinite(f)) continue;
-      if (in_diametral_disc(a, b, point(f->vertex(i)))) return true;
+      const std::int32_t v = f->vertex(i)->info();
+      if (!in_diametral_disc(a, b, points_[std::size_t(v)])) continue;
+      const double d = segment_distance(points_[std::size_t(v)], a, b);
+      if (d < nearest) {
+        nearest = d;
+        result = v;
+      }
     }
-    return false;
+    return result;
+  }
+  /// Where a piece that another contour runs along very closely is split: opposite to the vertex v of that contour, so
+  /// that the line between them makes the same angle with both contours. Then neither point is in a disc of the other
+  /// contour, however narrow the gap, where halving would go on until the pieces are as short as the gap is wide. False
+  /// if v is not so near.
+  [[nodiscard]] bool split_opposite(const Sub& s, std::int32_t v, GridPoint& result) const {
+    constexpr double kNarrow = 0.05;  // gap over length
+    constexpr double kFromEnds = 2;   // of gaps
+    const GridPoint a = points_[std::size_t(s.a)], b = points_[std::size_t(s.b)], p = points_[std::size_t(v)];
+    const double length = distance(a, b), gap = segment_distance(p, a, b);
+    if (!(gap < kNarrow * length)) return false;
+    const double ex = double(b.x - a.x) / length, ey = double(b.y - a.y) / length;
+    // The mean direction of the contour edges at v that run along the piece.
+    double tx = 0, ty = 0;
+    Cdt::Edge_circulator e = cdt_.incident_edges(handles_[std::size_t(v)]), begin = e;
+    if (e == nullptr) return false;
+    do {
+      if (!e->first->is_constrained(e->second) || cdt_.is_infinite(e)) continue;
+      const Cdt::Vertex_handle u = e->first->vertex(Cdt::ccw(e->second)), w = e->first->vertex(Cdt::cw(e->second));
+      const GridPoint q = point(u->info() == v ? w : u);
+      const double l = distance(p, q);
+      double dx = double(q.x - p.x) / l, dy = double(q.y - p.y) / l;
+      const double along = dx * ex + dy * ey;
+      if (std::fabs(along) < 0.9) continue;
+      tx += along > 0 ? dx : -dx;
+      ty += along > 0 ? dy : -dy;
+    } while (++e != begin);
+    const double t = std::hypot(tx, ty);
+    double bx = ex + (t > 0 ? tx / t : ex), by = ey + (t > 0 ? ty / t : ey);
+    const double at = (double(p.x - a.x) * bx + double(p.y - a.y) * by) / (ex * bx + ey * by);  // distance from a
+    if (at < kFromEnds * gap || at > length - kFromEnds * gap) return false;
+    result = {a.x + std::llround(at * ex), a.y + std::llround(at * ey)};
+    return true;
   }
   /// Where to split a piece: in the middle, but at a power of two from a vertex where contours meet at a sharp angle,
   /// so that the pieces on both sides of the angle get the same lengths.
@@ -244,11 +287,12 @@ private:
     return false;
   }
   /// Splits a piece; false if the grid leaves no room for it.
-  bool split(std::int32_t index, std::vector<std::int32_t>& queue) {
+  bool split(std::int32_t index, std::int32_t encroaching, std::vector<std::int32_t>& queue) {
     const Sub s = subs_[std::size_t(index)];
     const GridPoint a = points_[std::size_t(s.a)], b = points_[std::size_t(s.b)];
     if (distance(a, b) < options_.min_edge) return false;
-    const GridPoint m = split_point(s);
+    GridPoint m;
+    if (!split_opposite(s, encroaching, m)) m = split_point(s);
     auto [f, i] = left_face(s.a, s.b);
     // Rounding may put the point beside the edge by half a pitch; the four triangles around it must still turn left.
     for (int side = 0; side < 2; ++side) {
@@ -299,7 +343,8 @@ private:
     while (!queue.empty()) {
       const std::int32_t s = queue.back();
       queue.pop_back();
-      if (encroached(subs_[std::size_t(s)])) split(s, queue);
+      const std::int32_t v = encroacher(subs_[std::size_t(s)]);
+      if (v != kNone) split(s, v, queue);
     }
   }
 

@@ -56,6 +56,11 @@ struct PlaneSizes {
   return sizes;
 }
 
+/// Triangles with a larger ratio of circumradius to shortest edge get a vertex (an angle of about 23 degrees).
+inline constexpr double kRadiusEdgeRatio = 1.3;
+/// No such vertex is nearer to another one than this share of the layer thickness.
+inline constexpr double kShortestShare = 0.05;
+
 /// The triangulations of all planes, lowest first, and which planes bound each slab.
 struct PlaneStack {
   std::vector<PlaneMesh> meshes;                              ///< #P
@@ -77,8 +82,9 @@ struct PlaneStack {
     PlaneRefinement refinement;
     refinement.interior =
         interior_points(contours, planes[k].first, planes[k].second, {sizes.size / pitch, sizes.contour_size / pitch});
-    refinement.radius_edge_ratio = 1.3;
-    refinement.shortest = 0.05 * contours.thickness / pitch;
+    // In exact mode contours have angles and distances of any smallness: there is no shape to refine for.
+    refinement.radius_edge_ratio = contours.eps > 0 ? kRadiusEdgeRatio : 0;
+    refinement.shortest = kShortestShare * contours.thickness / pitch;
     if (budget.max_vertices > 0)
       refinement.max_vertices = static_cast<std::size_t>(std::max<std::int64_t>(1, budget.max_vertices - vertices));
     stack.meshers.push_back(std::make_unique<detail::PlaneMesher>(std::move(plane), std::move(refinement)));
