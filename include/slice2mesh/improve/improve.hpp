@@ -45,14 +45,15 @@ public:
         buckets_(contours.slabs.size()) {}
 
   void run() {
+    plane_slabs_.resize(stack_.meshes.size());
+    for (std::size_t s = 0; s < slabs_.size(); ++s)
+      for (const std::int32_t k : stack_.slab_planes[s]) plane_slabs_[std::size_t(k)].push_back(std::int32_t(s));
     for (std::size_t k = 0; k < stack_.meshers.size(); ++k) stack_.meshes[k] = stack_.meshers[k]->extract(false);
     fill();
-    double work = 0;
-    const auto count = double(total_tets());
     for (std::int32_t round = 0; round < options_.rounds; ++round) {
       report(progress_, Stage::Triangulate, double(round) / double(options_.rounds));
       // The work of all rounds is bounded by a number of tets, not by time: the result does not depend on the machine.
-      if (work += 2 * count; round > 1 && work > options_.most_work) break;
+      if (work_ > options_.most_work) break;
       if (propose(round) == 0) {
         if (++idle_ == kKinds) break;
         continue;
@@ -74,15 +75,11 @@ private:
     double cost;         // before
   };
 
-  [[nodiscard]] std::size_t total_tets() const {
-    std::size_t count = 0;
-    for (const auto& slab : slabs_) count += slab.size();
-    return count;
-  }
   [[nodiscard]] double reach() const { return 1.5 * size_; }  // how far a change is felt
 
   void fill() {
-    const Plc plc = build_plc(contours_, stack_.meshes, stack_.slab_planes);
+    if (std::none_of(dirty_.begin(), dirty_.end(), [](char d) { return d != 0; })) return;
+    const Plc plc = build_plc(contours_, stack_.meshes, stack_.slab_planes, true, dirty_);
     std::vector<std::int32_t> first(stack_.meshes.size() + 1, 0);
     for (std::size_t k = 0; k < stack_.meshes.size(); ++k)
       first[k + 1] = first[k] + std::int32_t(stack_.meshes[k].vertices.size());
@@ -109,6 +106,7 @@ private:
         slabs_[s].push_back(rated);
       });
       index(s);
+      work_ += double(slabs_[s].size());
     }
   }
   /// Bad tets of a slab by place; only they count in costs.
@@ -125,8 +123,8 @@ private:
   /// What the tets around a point of a plane cost: the fourth powers of their R/3r.
   [[nodiscard]] double cost(std::size_t plane, const GridPoint& p) const {
     double sum = 0;
-    for (std::size_t s = 0; s < slabs_.size(); ++s) {
-      if (stack_.slab_planes[s][0] != std::int32_t(plane) && stack_.slab_planes[s][1] != std::int32_t(plane)) continue;
+    for (const std::int32_t slab : plane_slabs_[plane]) {
+      const auto s = std::size_t(slab);
       for (int i = -1; i <= 1; ++i)
         for (int j = -1; j <= 1; ++j) {
           const auto it = buckets_[s].find(key(double(p.x) + i * reach(), double(p.y) + j * reach()));
@@ -176,8 +174,8 @@ private:
         if (mesh.fixed[v]) continue;
         const GridPoint from = mesh.vertices[v];
         bool clear = true;
-        for (std::size_t s = 0; s < slabs_.size() && clear; ++s)
-          if (touches(s, plane)) clear = taken[s].clear(from, 2 * reach());
+        for (const std::int32_t s : plane_slabs_[plane])
+          clear = clear && taken[std::size_t(s)].clear(from, 2 * reach());
         if (!clear) break;
         GridPoint to = from;
         const std::int32_t kind = (round + std::int32_t(random >> 60)) % kKinds;
@@ -207,8 +205,7 @@ private:
           if (change.added == kNone) continue;
         }
         removed[plane].push_back(std::int32_t(v));
-        for (std::size_t s = 0; s < slabs_.size(); ++s)
-          if (touches(s, plane)) taken[s].add(from);
+        for (const std::int32_t s : plane_slabs_[plane]) taken[std::size_t(s)].add(from);
         changes_.push_back(change);
         break;
       }
@@ -216,17 +213,13 @@ private:
     apply(removed);
     return changes_.size();
   }
-  [[nodiscard]] bool touches(std::size_t slab, std::size_t plane) const {
-    return stack_.slab_planes[slab][0] == std::int32_t(plane) || stack_.slab_planes[slab][1] == std::int32_t(plane);
-  }
   void apply(const std::vector<std::vector<std::int32_t>>& removed) {
     for (std::size_t k = 0; k < removed.size(); ++k) {
       if (removed[k].empty()) continue;
       for (const std::int32_t v : removed[k]) stack_.meshers[k]->remove(v);
       stack_.meshers[k]->relabel();
       stack_.meshes[k] = stack_.meshers[k]->extract(false);
-      for (std::size_t s = 0; s < slabs_.size(); ++s)
-        if (touches(s, k)) dirty_[s] = 1;
+      for (const std::int32_t s : plane_slabs_[k]) dirty_[std::size_t(s)] = 1;
     }
   }
   /// Takes back what has not helped.
@@ -248,8 +241,7 @@ private:
     for (std::size_t k = 0; k < changed.size(); ++k)
       if (changed[k] && removed[k].empty()) {
         stack_.meshes[k] = stack_.meshers[k]->extract(false);
-        for (std::size_t s = 0; s < slabs_.size(); ++s)
-          if (touches(s, k)) dirty_[s] = 1;
+        for (const std::int32_t s : plane_slabs_[k]) dirty_[std::size_t(s)] = 1;
       }
     idle_ = kept > 0 ? 0 : idle_;
   }
@@ -264,6 +256,8 @@ private:
   std::vector<std::unordered_map<std::uint64_t, std::vector<std::int32_t>>> buckets_;
   std::vector<Change> changes_;
   std::int32_t idle_ = 0;
+  std::vector<std::vector<std::int32_t>> plane_slabs_;  // slabs beside each plane
+  double work_ = 0;                                     // tets filled so far
 };
 
 }  // namespace detail
@@ -276,6 +270,11 @@ inline void improve_planes(const Contours& contours, PlaneStack& stack, const Im
   if (options.rounds < 0) throw OptionError("improve.rounds", "must be 0 or more");
   if (!(options.target >= 1)) throw OptionError("improve.target", "must be at least 1");
   if (options.rounds == 0 || contours.eps == 0) return;  // exact mode promises no quality, and has none to gain
+  // A slab has about three tets for each triangle of a plane. What could not be gone through three times stays as it
+  // is.
+  double tets = 0;
+  for (const PlaneMesh& mesh : stack.meshes) tets += 3 * double(mesh.triangles.size());
+  if (3 * tets > options.most_work) return;
   detail::Improver(contours, stack, options, sizes, progress).run();
 }
 

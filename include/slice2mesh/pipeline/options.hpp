@@ -56,7 +56,7 @@ struct SizeOptions {
   /// Target edge length in the interior. 0: twice the layer thickness, or more (up to `coarsest`) where that would give
   /// more than `automatic_tets` elements.
   Length size = Length::mm(0);
-  Length coarsest = Length::layers(20);  ///< of the automatic size, > 0
+  Length coarsest = Length::layers(40);  ///< of the automatic size, > 0
   double automatic_tets = 4e6;           ///< number of tets that the automatic size aims to stay below, > 0
   Length contour_size = Length::mm(0);   ///< longest edge of a contour; 0: chosen from `size` and the layer thickness
   double grading = 0.5;                  ///< growth of the edge length per unit of distance from a contour, (0, 2]
@@ -68,7 +68,7 @@ struct SizeOptions {
 struct ImproveOptions {
   std::int32_t rounds = 24;  ///< rounds of sliver removal, >= 0; 0 leaves the raw fill
   double target = 4;         ///< R/3r above which a tet is worked on, >= 1
-  double most_work = 2.5e7;  ///< the rounds end when this many tets have been filled again
+  double most_work = 1e7;    ///< the rounds end when this many tets have been filled again
 };
 
 /// Limits of one run; 0 means no limit.

@@ -49,8 +49,8 @@ void for_each_strip_triangle(const std::vector<GridPoint>& bottom, const std::ve
 /// strip between the edge's splits at its bottom and at its top. `planes` and `meshes` are those of `plane_slabs`, in
 /// that order. With `inner_faces` false only the outer skin is built. Cost: linear.
 [[nodiscard]] inline Plc build_plc(const Contours& contours, const std::vector<PlaneMesh>& meshes,
-                                   const std::vector<std::array<std::int32_t, 2>>& slab_planes,
-                                   bool inner_faces = true) {
+                                   const std::vector<std::array<std::int32_t, 2>>& slab_planes, bool inner_faces = true,
+                                   const std::vector<char>& only = {}) {
   Plc plc;
   plc.grid = contours.grid;
   plc.slabs = contours.slabs;
@@ -64,10 +64,14 @@ void for_each_strip_triangle(const std::vector<GridPoint>& bottom, const std::ve
     plc.vertex_plane.resize(plc.vertices.size(), static_cast<std::int32_t>(plc.planes.size()));
     plc.planes.push_back(mesh.z);
   }
+  const auto wanted = [&](std::int32_t slab) {
+    return slab != kNone && (only.empty() || only[static_cast<std::size_t>(slab)]);
+  };
   for (std::size_t k = 0; k < meshes.size(); ++k) {
     for (std::size_t t = 0; t < meshes[k].triangles.size(); ++t) {
       const Side &below = meshes[k].sides[t][0], &above = meshes[k].sides[t][1];
       Facet facet;
+      if (!wanted(below.slab) && !wanted(above.slab)) continue;
       facet.label = classify(below, above);
       if (facet.label == FacetLabel::Interface && !inner_faces) continue;
       for (std::size_t i = 0; i < 3; ++i) facet.vertices[i] = first[k] + meshes[k].triangles[t][i];
@@ -86,6 +90,10 @@ void for_each_strip_triangle(const std::vector<GridPoint>& bottom, const std::ve
   for (std::size_t s = 0; s < contours.slabs.size(); ++s) {
     const auto low = static_cast<std::size_t>(slab_planes[s][0]), high = static_cast<std::size_t>(slab_planes[s][1]);
     const Outline& outline = contours.outlines[s];
+    if (!wanted(static_cast<std::int32_t>(s))) {
+      wall += static_cast<std::int32_t>(outline.edges.size());
+      continue;
+    }
     for (std::size_t e = 0; e < outline.edges.size(); ++e, ++wall) {
       const Outline::Edge& edge = outline.edges[e];
       const bool inner = edge.left != kNone && edge.right != kNone;
