@@ -166,8 +166,6 @@ void add_meshing_options(CLI::App& app, slice2mesh::Options& options) {
       ->group(elements);
   add_length(app, "--contour-size", options.size.contour_size, "Longest edge of a contour; 0: chosen from --size")
       ->group(elements);
-  add_number(app, "--grading", options.size.grading, "Growth of the edge length per unit of distance from a contour")
-      ->group(elements);
   add_count(app, "--improve-rounds", options.improve.rounds, "Rounds of sliver removal; 0: none")->group(elements);
   add_number(app, "--improve-target", options.improve.target, "Elements with a worse R/3r are worked on")
       ->group(elements);

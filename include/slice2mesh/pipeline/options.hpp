@@ -4,7 +4,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 
 #include "slice2mesh/core/length.hpp"
 #include "slice2mesh/core/progress.hpp"
@@ -59,9 +58,6 @@ struct SizeOptions {
   Length coarsest = Length::layers(40);  ///< of the automatic size, > 0
   double automatic_tets = 4e6;           ///< number of tets that the automatic size aims to stay below, > 0
   Length contour_size = Length::mm(0);   ///< longest edge of a contour; 0: chosen from `size` and the layer thickness
-  double grading = 0.5;                  ///< growth of the edge length per unit of distance from a contour, (0, 2]
-  std::function<double(double x, double y, double z)>
-      field;  ///< optional upper bound of the edge length (mm) at a point (mm)
 };
 
 /// From planes to tetrahedra.

@@ -37,8 +37,6 @@ struct PlaneSizes {
   sizes.contour_size = options.contour_size.in_mm(thickness);
   if (!(sizes.contour_size >= 0) || !std::isfinite(sizes.contour_size))
     throw OptionError("size.contour_size", "must be a finite length, 0 or more");
-  if (!(options.grading > 0 && options.grading <= 2))
-    throw OptionError("size.grading", "must be above 0 and at most 2");
   if (sizes.size == 0) {
     const double coarsest = options.coarsest.in_mm(thickness);
     if (!(coarsest > 0) || !std::isfinite(coarsest))
