@@ -65,6 +65,7 @@ namespace detail {
 struct Loop {
   std::int32_t region = 0;
   bool inner = false;
+  bool support = false;  ///< a piece of a thickened line: crosses its neighbors by construction
 };
 
 /// The region of a face: the first one whose outer loops outnumber its inner ones there. Each loop counts once, however
@@ -99,6 +100,30 @@ inline Outline outline_of(const Arrangement& arrangement, const ArrangementFaces
   }
   normalize(outline);
   return outline;
+}
+
+/// Reports contours that cross or run along each other; the union repairs them.
+inline void report_defects(const std::vector<TaggedSegment>& segments, const std::vector<Loop>& loops,
+                           std::int64_t layer, Diagnostics& diagnostics) {
+  std::vector<TaggedSegment> contours;
+  for (const TaggedSegment& segment : segments)
+    if (!loops[static_cast<std::size_t>(segment.tag)].support) contours.push_back(segment);
+  const Arrangement arrangement = snap_round(contours);
+  if (arrangement.crossings > 0)
+    diagnostics.add(Severity::Repair, Stage::Regions, "contours_cross",
+                    "contours cross themselves or each other; united", layer, -1, arrangement.crossings);
+  std::uint64_t coincident = 0;
+  for (const Arrangement::Edge& edge : arrangement.edges) {
+    bool twice = edge.last_tag - edge.first_tag > 1;
+    for (std::int32_t t = edge.first_tag; t < edge.last_tag; ++t) {
+      const std::int32_t winding = arrangement.tags[static_cast<std::size_t>(t)].winding;
+      twice = twice || (winding != 1 && winding != -1);
+    }
+    coincident += twice ? 1 : 0;
+  }
+  if (coincident > 0)
+    diagnostics.add(Severity::Repair, Stage::Regions, "contours_coincide",
+                    "edges of contours lie on each other; united", layer, -1, coincident);
 }
 
 /// Unites the loops of one slab.
@@ -189,7 +214,7 @@ inline Outline unite(const std::vector<TaggedSegment>& segments, const std::vect
           throw GeometryError(Stage::Regions, slice, static_cast<std::int64_t>(k), "a coordinate is not finite");
       }
       if (points.empty()) continue;
-      const detail::Loop loop{region_index[{open ? 1 : 0, line.part}], line.direction == Direction::Inner};
+      const detail::Loop loop{region_index[{open ? 1 : 0, line.part}], line.direction == Direction::Inner, open};
       std::vector<std::vector<Point2>> loops;
       if (open)
         loops = thicken(points, radius, thicken_options);
@@ -219,6 +244,7 @@ inline Outline unite(const std::vector<TaggedSegment>& segments, const std::vect
       for (std::size_t i = 0; i < loop.size(); ++i)
         segments.push_back({loop[i], loop[(i + 1) % loop.size()], static_cast<std::int32_t>(l)});
     }
+    detail::report_defects(segments, all[s].loops, plan.slabs[s].slice, diagnostics);
     Outline outline = detail::unite(segments, all[s].loops, result.regions.size(), plan.slabs[s].slice, diagnostics);
     all[s] = {};
     if (outline.empty()) {
