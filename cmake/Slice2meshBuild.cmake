@@ -34,6 +34,10 @@ endif()
 function(slice2mesh_own_target target)
   target_compile_options(${target} PRIVATE ${slice2mesh_warnings})
   if(SLICE2MESH_SANITIZE)
+    if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+      # False alarms of GCC inside the standard library in instrumented code.
+      target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized)
+    endif()
     target_compile_options(${target} PRIVATE -fsanitize=${SLICE2MESH_SANITIZE} -fno-sanitize-recover=all
                                              -fno-omit-frame-pointer)
     target_link_options(${target} PRIVATE -fsanitize=${SLICE2MESH_SANITIZE})
