@@ -110,13 +110,13 @@ TEST_CASE("every contour is within eps of its slice, both ways, and is a valid o
   }
 }
 
-TEST_CASE("with eps 0 contours are those of the slices") {
+TEST_CASE("with eps 0 contours are those of the slices but for 2^-20 of the extent") {
   for (std::uint32_t seed = 30; seed < 34; ++seed) {
     INFO("seed " << seed);
     const Harmonized h = harmonize_stack(random_stack(seed, 3), 0);
     for (std::size_t s = 0; s < h.contours.outlines.size(); ++s) {
-      CHECK(same(h.contours.outlines[s], h.input.outlines[s]));
-      CHECK(h.contours.deviation[s] == 0);
+      CHECK(detail::deviation(h.contours.outlines[s], h.input.outlines[s], 1) <= detail::kSmallestEps);
+      CHECK(h.contours.deviation[s] <= detail::kSmallestEps * h.input.grid.pitch);
     }
   }
 }
