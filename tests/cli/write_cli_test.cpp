@@ -36,7 +36,11 @@ std::vector<CliWriteOptions> binary_options() {
 
 /// The stack that binary files can hold: 32-bit floats, no process parameters.
 SliceStack as_floats(SliceStack stack) {
-  const auto round = [](double& v) { v = static_cast<double>(static_cast<float>(v)); };
+  // volatile: GCC 12 drops the way through float when it vectorizes.
+  const auto round = [](double& v) {
+    volatile float narrow = static_cast<float>(v);
+    v = static_cast<double>(narrow);
+  };
   for (Layer& layer : stack.layers) {
     round(layer.z);
     for (Polyline& line : layer.polylines) {

@@ -111,7 +111,7 @@ struct Int192 {
   const Int128 power = Int128(px) * px + Int128(py) * py - Int128(qx) * qx - Int128(qy) * qy;
   // power = high 2^40 + low with low in [0, 2^40), so that each product is one of 128 by 62 bits.
   const auto high = static_cast<std::int64_t>(power >> 40);
-  const auto low = static_cast<std::int64_t>(power - (Int128(high) << 40));
+  const auto low = static_cast<std::int64_t>(power - Int128(high) * (Int128(1) << 40));
   const Int192 left = add(shift_left(multiply(area, high), 40), multiply(area, low));
   const Int192 right = add(multiply(nx, dx), multiply(ny, dy));
   if (right < left) return 1;

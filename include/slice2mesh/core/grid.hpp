@@ -32,7 +32,8 @@ struct Grid {
 inline constexpr std::int64_t kGridLimit = std::int64_t{1} << 40;
 
 /// Contour vertices lie on multiples of this many pitches; the pitches in between are for points that split contour
-/// edges, which then bend an edge by no more than half a pitch.
+/// edges. Splits and crossings bend an edge by their rounding, half a pitch to half a step; end points of other edges
+/// that are within kAttachSteps (arrange/snap_rounding.hpp) by their distance.
 inline constexpr std::int64_t kContourStep = std::int64_t{1} << 4;
 
 /// The multiple of kContourStep nearest to a coordinate (halves go up).
