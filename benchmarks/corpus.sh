@@ -22,7 +22,7 @@ while IFS= read -r file; do
   /usr/bin/time -f '%e %M' -o "$work/time" timeout "${SLICE2MESH_RUN_LIMIT:-60}" "$program" --quiet "$file" \
     -o "$work/mesh.vtu" --support-radius "${SLICE2MESH_SUPPORT_RADIUS:-0.1}" "$@" >"$work/out" 2>"$work/err" || code=$?
   read -r seconds memory < <(tail -n 1 "$work/time")
-  value() { sed -n "s/^$1  *//p" "$work/out" | head -n 1; }
+  value() { sed -n "s|^$1  *||p" "$work/out" | head -n 1; }
   printf '%-48s %4d %7s %8d %10s %s; %s; %s; %s / %s\n' "$(basename "$file")" "$code" "$seconds" "$((memory / 1024))" \
     "$(value tets)" "$(value R/3r)" "$(value 'dihedral angles')" "$(value columns)" "$(value 'largest deviation')" "$(value eps)"
   if [ "$code" -ne 0 ]; then

@@ -36,7 +36,8 @@ struct Contours {
   std::vector<Region> regions;    ///< #R
   std::vector<double> deviation;  ///< #S, mm: Hausdorff distance to the input slice, both ways
   double thickness = 0;           ///< median of the slabs, mm
-  double eps = 0;                 ///< mm
+  double eps = 0;                 ///< mm, as asked for; 0: exact mode
+  double tolerance = 0;           ///< mm, in force: eps, or the smallest tolerance of the grid
   ZConvention z_convention = ZConvention::Bottom;
 };
 
@@ -107,6 +108,7 @@ inline void subdivide(Outline& outline, double longest) {
   result.eps = options.eps;
   result.z_convention = input.z_convention;
   const double eps = std::max(options.eps / input.grid.pitch, detail::kSmallestEps);
+  result.tolerance = eps * input.grid.pitch;
   if (options.eps > 0 && options.eps / input.grid.pitch < detail::kSmallestEps)
     diagnostics.add(Severity::Warning, Stage::Harmonize, "eps_too_small",
                     "eps is below what can be told apart in double precision; 2^-20 of the extent is used instead");

@@ -517,6 +517,9 @@ inline constexpr double kAttachShare = 0.2;
   std::vector<char> fixed(outline.vertices.size(), 0);
   for (std::size_t v = 0; v < bond.size(); ++v) fixed[v] = bond[v] != Bond::Free;
   simplify(outline, fixed, limits);
+  // Where slices left the contour below and have come back, vertices stay behind on its straight edges: they go. The
+  // overlay of the plane leads the edge through them where the contour below has them, so that both still coincide.
+  simplify(outline, {}, {double(kContourStep), 0, 0, limits.longest});
   normalize(outline);
   return outline;
 }

@@ -30,7 +30,7 @@ namespace slice2mesh {
 struct Report {
   ZConvention z_convention = ZConvention::Auto;  ///< as chosen
   double thickness = 0;                          ///< median layer thickness
-  double eps = 0;
+  double eps = 0;  ///< in force: in exact mode the smallest tolerance of the grid, 2^-20 of the extent
   double size = 0;
   std::vector<double> deviation;  ///< #S: distance between contour and input slice, both ways
   double max_deviation = 0;
@@ -129,7 +129,7 @@ inline void check_options(const Options& options) {
 
   report.z_convention = plan.convention;
   report.thickness = plan.thickness;
-  report.eps = harmonize_options.eps;
+  report.eps = contours.tolerance;
   report.size = sizes.size;
   report.deviation = contours.deviation;
   for (const double d : report.deviation) report.max_deviation = std::max(report.max_deviation, d);
