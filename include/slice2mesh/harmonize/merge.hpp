@@ -85,7 +85,6 @@ inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, c
     bool possible = bond[std::size_t(v)] != Bond::OnVertex;
     if (possible && bond[std::size_t(v)] == Bond::OnEdge) {
       possible = is_old[std::size_t(e)] != 0;
-      if (!possible && bond[std::size_t(w)] == Bond::Free) possible = false;
     }
     for (const std::int32_t f : edges_at[std::size_t(v)]) {
       if (!possible) break;
@@ -93,8 +92,6 @@ inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, c
       const std::int32_t x = other_end(f, v);
       possible = triangle_is_empty(index, outline.vertices, v, w, x,
                                    [&](std::int32_t y) { return gone[std::size_t(y)] != 0; });
-      // An edge that ends on w's side of the way must not be swept over: its vertex would lie in the triangle, unless
-      // it ends in w.
     }
     if (!possible) continue;
     drop(e, v);
