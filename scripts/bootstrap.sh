@@ -14,8 +14,8 @@ set -euo pipefail
 packages=(g++ cmake ninja-build libcgal-dev libeigen3-dev libcli11-dev nlohmann-json3-dev)
 for argument in "$@"; do
   case "$argument" in
-    --tests) packages+=(catch2 zlib1g-dev) ;;
-    --readers) packages+=(gmsh python3-vtk9 python3-meshio tetgen) ;;
+    --tests) packages+=(catch2 zlib1g-dev libnetcdf-dev) ;;
+    --readers) packages+=(gmsh python3-vtk9 python3-meshio calculix-ccx freefem++ libdeal.ii-dev tetgen) ;;
     *)
       echo "bootstrap.sh: unknown argument: $argument" >&2
       exit 1

@@ -22,7 +22,7 @@ def compare_grid(name):
     check.equal(name + ": cells", grid.GetNumberOfCells(), expected["tets"])
     data = grid.GetCellData()
     names = {data.GetArrayName(i) for i in range(data.GetNumberOfArrays())}
-    check.equal(name + ": cell arrays", sorted(names), sorted(["layer", "part", "region", "kind", "slice", "activation_time"]))
+    check.equal(name + ": cell arrays", sorted(names), sorted(["layer", "part", "region", "material", "slice", "bundle", "activation_time"]))
     field = grid.GetFieldData()
     check.equal(name + ": slabs", field.GetArray("slab_z_low").GetNumberOfTuples(), len(expected["layer_volumes"]))
     layer_volumes = [0.0] * len(expected["layer_volumes"])

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "slice2mesh/fem/activation.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <set>
 #include <vector>
 
 #include "io/sample_mesh.hpp"
@@ -41,18 +43,50 @@ TEST_CASE("growing domains hold every tet once, slab after slab") {
   std::swap(mesh.tet_slab.front(), mesh.tet_slab.back());
   std::swap(mesh.tet_region.front(), mesh.tet_region.back());
   const slice2mesh::GrowingDomains domains = slice2mesh::growing_domains(mesh);
-  REQUIRE(domains.begin.size() == mesh.slabs.size() + 1);
-  CHECK(domains.begin.back() == mesh.tets.size());
+  REQUIRE(domains.size() == mesh.slabs.size());
   std::vector<int> seen(mesh.tets.size(), 0);
-  for (std::size_t s = 0; s < mesh.slabs.size(); ++s) {
-    CHECK(domains.begin[s] < domains.begin[s + 1]);
-    for (std::size_t i = domains.begin[s]; i < domains.begin[s + 1]; ++i) {
-      const auto t = static_cast<std::size_t>(domains.order[i]);
-      ++seen[t];
-      REQUIRE(mesh.tet_slab[t] == static_cast<std::int32_t>(s));
+  std::int32_t slab = 0;
+  std::size_t so_far = 0;
+  for (const slice2mesh::GrowingDomain& domain : domains) {
+    REQUIRE(domain.slab == slab++);
+    CHECK_FALSE(domain.born.empty());
+    CHECK(std::is_sorted(domain.born.begin(), domain.born.end()));
+    for (const std::int32_t t : domain.born) {
+      ++seen[static_cast<std::size_t>(t)];
+      REQUIRE(mesh.tet_slab[static_cast<std::size_t>(t)] == domain.slab);
     }
+    so_far += domain.born.size();
+    CHECK(domain.all.size() == so_far);
+    CHECK(domain.all.end() == domain.born.end());
+    for (const std::int32_t t : domain.all) REQUIRE(mesh.tet_slab[static_cast<std::size_t>(t)] <= domain.slab);
   }
+  CHECK(slab == 4);
   CHECK(seen == std::vector<int>(mesh.tets.size(), 1));
+}
+
+TEST_CASE("the labels of an element are those of its slab and its region") {
+  const Mesh mesh = sample();
+  std::set<std::int32_t> parts;
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    const slice2mesh::ElementLabels labels = slice2mesh::element_labels(mesh, t);
+    REQUIRE(labels.layer == mesh.tet_slab[t]);
+    REQUIRE(labels.bundle_first == 3 * labels.layer);
+    REQUIRE(labels.bundle_last == 3 * labels.layer + 2);
+    REQUIRE(labels.region == mesh.tet_region[t]);
+    REQUIRE((labels.kind == slice2mesh::RegionKind::Support) == (labels.region == 1));
+    parts.insert(labels.part);
+  }
+  CHECK(parts == std::set<std::int32_t>{7, 9});
+}
+
+TEST_CASE("a base plate is there from the beginning, and the print starts on it") {
+  Mesh mesh = sample();
+  CHECK(slice2mesh::plate_slabs(mesh) == 0);
+  for (slice2mesh::Slab* slab : {&mesh.slabs[0], &mesh.slabs[1]})
+    slab->first_layer = slab->last_layer = slab->slice = kNone;
+  CHECK(slice2mesh::plate_slabs(mesh) == 2);
+  const std::vector<double> times = slice2mesh::activation_time(mesh, 2.5);
+  for (std::size_t t = 0; t < times.size(); ++t) REQUIRE(times[t] == (mesh.tet_slab[t] == 3 ? 2.5 : 0));
 }
 
 TEST_CASE("the sub-mesh of a range of layers is that range, in its own numbering, with maps both ways") {

@@ -172,13 +172,35 @@ TEST_CASE("the areas of the boundary sets are those counted on squares") {
   CHECK(area(BoundaryKind::SupportInterface) == Approx(2 * solid.dy * 0.5 + 2 * solid.dx * solid.dy).epsilon(1e-14));
 }
 
+TEST_CASE("what stands on a base plate meets it in the plate interface, seen from above") {
+  const BoxSolid solid = slice2mesh_test::plated_sample();
+  const BoxSolid part = slice2mesh_test::stepped_sample();
+  const Mesh mesh = slice2mesh_test::mesh_of(solid);
+  const BoundarySets sets = slice2mesh::boundary_sets(mesh);
+  const auto area = [&](BoundaryKind kind) { return slice2mesh::area_of(mesh, sets.of(kind)); };
+  CHECK(area(BoundaryKind::PlateInterface) == Approx(part.area(0)).epsilon(1e-14));
+  CHECK(area(BoundaryKind::Bottom) == Approx(solid.area(0)).epsilon(1e-14));
+  for (const TetFace& f : sets.of(BoundaryKind::PlateInterface)) {
+    REQUIRE(mesh.tet_slab[static_cast<std::size_t>(f.tet)] == 2);
+    REQUIRE(face_normal(mesh, f)[2] < 0);
+  }
+  for (std::size_t k = 0; k < solid.thickness.size(); ++k) {
+    CHECK(sets.exposed_area[k] == Approx(exposed_area(solid, k)).epsilon(1e-14));
+    CHECK(sets.volume[k] == Approx(volume(solid, k)).epsilon(1e-14));
+  }
+  // The supports touch the same faces of the part as without a plate.
+  const Mesh alone = slice2mesh_test::mesh_of(part);
+  CHECK(area(BoundaryKind::SupportInterface) ==
+        Approx(slice2mesh::area_of(alone, slice2mesh::boundary_sets(alone).of(BoundaryKind::SupportInterface))));
+}
+
 TEST_CASE("normals of boundary faces point out of the material and fit the set; they sum to zero") {
   const Mesh mesh = slice2mesh_test::mesh_of(slice2mesh_test::stepped_sample());
   const BoundarySets sets = slice2mesh::boundary_sets(mesh);
   std::array<double, 3> sum{};
   for (std::size_t k = 0; k < slice2mesh::kBoundaryKinds; ++k) {
     const auto kind = static_cast<BoundaryKind>(k);
-    REQUIRE_FALSE(sets.of(kind).empty());
+    REQUIRE(sets.of(kind).empty() == (kind == BoundaryKind::PlateInterface));
     CHECK(std::is_sorted(sets.of(kind).begin(), sets.of(kind).end()));
     for (const TetFace& f : sets.of(kind)) {
       const std::array<double, 3> n = face_normal(mesh, f);

@@ -112,7 +112,7 @@ void write_sample_files(const slice2mesh_test::TemporaryDirectory& directory) {
   std::string surface_names;
   for (std::size_t k = 0; k < slice2mesh::kBoundaryKinds; ++k) {
     const char* const name = to_string(static_cast<slice2mesh::BoundaryKind>(k));
-    areas[name] = slice2mesh::area_of(mesh, sets.sets[k]);
+    if (!sets.sets[k].empty()) areas[name] = slice2mesh::area_of(mesh, sets.sets[k]);
     surface_names += std::string(k > 0 ? ", \"" : "[\"") + name + "\"";
   }
   json.object("surface_areas", areas);

@@ -28,7 +28,8 @@ struct BoxSolid {
   double dy = 1;                  ///< mm
   std::vector<double> thickness;  ///< #S, mm
   SquareRegion region;            ///< called for every square of every slab
-  std::size_t region_count = 1;   ///< region 0 is part 7; region 1 is its support; region 2 is part 9
+  std::size_t region_count = 1;   ///< region 0 is part 7; region 1 its support; region 2 part 9; region 3 the plate
+  std::size_t plate_slabs = 0;    ///< the lowest slabs are a base plate
 
   [[nodiscard]] std::int32_t at(std::size_t x, std::size_t y, std::size_t s) const {
     return x < nx && y < ny && s < thickness.size() ? region(x, y, s) : slice2mesh::kNone;
@@ -39,15 +40,19 @@ struct BoxSolid {
   [[nodiscard]] std::vector<slice2mesh::Region> regions() const {
     const std::vector<slice2mesh::Region> all = {{7, slice2mesh::RegionKind::Part, "bracket"},
                                                  {7, slice2mesh::RegionKind::Support, "support_7"},
-                                                 {9, slice2mesh::RegionKind::Part, "second \"part\""}};
+                                                 {9, slice2mesh::RegionKind::Part, "second \"part\""},
+                                                 {10, slice2mesh::RegionKind::Plate, "base_plate"}};
     return {all.begin(), all.begin() + static_cast<std::ptrdiff_t>(region_count)};
   }
   [[nodiscard]] std::vector<slice2mesh::Slab> slabs() const {
     std::vector<slice2mesh::Slab> result;
     double z = 0;
     for (std::size_t s = 0; s < thickness.size(); ++s) {
-      const auto layer = static_cast<std::int32_t>(s);
-      result.push_back({z, z + thickness[s], 3 * layer, 3 * layer + 2, 3 * layer + 1});
+      const auto layer = static_cast<std::int32_t>(s) - static_cast<std::int32_t>(plate_slabs);
+      if (layer < 0)
+        result.push_back({z, z + thickness[s], slice2mesh::kNone, slice2mesh::kNone, slice2mesh::kNone});
+      else
+        result.push_back({z, z + thickness[s], 3 * layer, 3 * layer + 2, 3 * layer + 1});
       z = result.back().z_high;
     }
     return result;
@@ -210,6 +215,22 @@ struct BoxSolid {
     if (s <= 1) return x <= 3 ? 0 : (x == 4 && y <= 1 ? 1 : slice2mesh::kNone);  // foot, and supports
     if (s == 2) return 0;                                                        // overhang
     return y >= 2 ? 0 : slice2mesh::kNone;                                       // step
+  };
+  return solid;
+}
+
+/// The same on a base plate of two slabs that is one square wider on every side.
+[[nodiscard]] inline BoxSolid plated_sample() {
+  const BoxSolid part = stepped_sample();
+  BoxSolid solid = part;
+  solid.nx = part.nx + 2;
+  solid.ny = part.ny + 2;
+  solid.thickness.insert(solid.thickness.begin(), {1, 0.5});
+  solid.plate_slabs = 2;
+  solid.region_count = 4;
+  solid.region = [part](std::size_t x, std::size_t y, std::size_t s) -> std::int32_t {
+    if (s < 2) return 3;
+    return x >= 1 && y >= 1 ? part.at(x - 1, y - 1, s - 2) : slice2mesh::kNone;
   };
   return solid;
 }

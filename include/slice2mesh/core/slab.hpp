@@ -8,29 +8,35 @@
 
 namespace slice2mesh {
 
-/// One slab: the volume between two consecutive planes that a slice (or a bundle of slices) fills.
+/// "nothing here": outside of every slab or region.
+inline constexpr std::int32_t kNone = -1;
+
+/// One slab: the volume between two consecutive planes that a slice (or a bundle of slices) fills, or a layer of the
+/// base plate below the first slice.
 struct Slab {
   double z_low = 0;              ///< mm
   double z_high = 0;             ///< mm, above z_low
   std::int32_t first_layer = 0;  ///< index into SliceStack::layers of the first slice of the bundle
   std::int32_t last_layer = 0;   ///< index of the last one (inclusive)
   std::int32_t slice = 0;        ///< index of the slice that represents the bundle
+
+  /// True for a slab of the base plate: it has no slice, and kNone for all three indices.
+  [[nodiscard]] bool is_plate() const noexcept { return slice == kNone; }
 };
 
-enum class RegionKind : std::uint8_t { Part, Support };
+/// What a region is made for. The numbers are those of the cell array `material` in files.
+enum class RegionKind : std::uint8_t { Part = 0, Support = 1, Plate = 2 };
 
 [[nodiscard]] constexpr const char* to_string(RegionKind kind) noexcept {
-  return kind == RegionKind::Part ? "part" : "support";
+  return kind == RegionKind::Part ? "part" : kind == RegionKind::Support ? "support" : "plate";
 }
 
-/// A region: the object or the supports of one part id. Its index in the list of regions is its id everywhere.
+/// A region: the object or the supports of one part id, or the base plate. Its index in the list of regions is its id
+/// everywhere.
 struct Region {
   std::int32_t part = 0;  ///< part id of the file
   RegionKind kind = RegionKind::Part;
   std::string name;  ///< label of the file, or "part_<id>" / "support_<id>"
 };
-
-/// "nothing here": outside of every slab or region.
-inline constexpr std::int32_t kNone = -1;
 
 }  // namespace slice2mesh

@@ -3,10 +3,12 @@
 /// @brief Activation of layers: times per tet, growing domains, and the sub-mesh of a range of layers.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -25,32 +27,125 @@ template <class TimeOfTet>
   return times;
 }
 
-/// Time at which every tet comes to life, #T: index of its slab times the time per layer (s, finite, >= 0).
+/// Number of slabs of the base plate; they are the lowest ones.
+[[nodiscard]] inline std::int32_t plate_slabs(const Mesh& mesh) {
+  std::int32_t count = 0;
+  while (static_cast<std::size_t>(count) < mesh.slabs.size() && mesh.slabs[static_cast<std::size_t>(count)].is_plate())
+    ++count;
+  return count;
+}
+
+/// Time at which every tet comes to life, #T: number of its layer (from 0) times the time per layer (s, finite, >= 0).
+/// The base plate is there from the beginning, as the first layer is.
 /// Errors: OptionError. Cost: linear.
 [[nodiscard]] inline std::vector<double> activation_time(const Mesh& mesh, double time_per_layer) {
   if (!(time_per_layer >= 0) || std::isinf(time_per_layer)) throw OptionError("time_per_layer", "must be >= 0");
-  return activation_times(mesh, [time_per_layer](std::int32_t slab, std::size_t) { return time_per_layer * slab; });
+  const std::int32_t plate = plate_slabs(mesh);
+  return activation_times(mesh, [time_per_layer, plate](std::int32_t slab, std::size_t) {
+    return time_per_layer * std::max(0, slab - plate);
+  });
 }
 
-/// The growing domains of the print: after slab k it is the tets order[0 .. begin[k+1]), slab k itself is
-/// order[begin[k] .. begin[k+1]).
-struct GrowingDomains {
-  std::vector<std::int32_t> order;  ///< #T, tets by slab, then index
-  std::vector<std::size_t> begin;   ///< #S+1
+/// What an element belongs to besides its slab and region.
+struct ElementLabels {
+  std::int32_t layer = 0;         ///< index of the slab, from 0
+  std::int32_t bundle_first = 0;  ///< first and last slice of the file that the slab stands for; kNone: base plate
+  std::int32_t bundle_last = 0;
+  std::int32_t part = 0;    ///< part id of the file
+  std::int32_t region = 0;  ///< index of the region
+  RegionKind kind = RegionKind::Part;
 };
 
-/// Sort the tets by slab. Errors: Error (Stage::Fem) if the arrays of the mesh do not fit together. Cost: linear.
+/// The labels of a tet. Precondition: the arrays of the mesh fit together.
+[[nodiscard]] inline ElementLabels element_labels(const Mesh& mesh, std::size_t tet) {
+  const Slab& slab = mesh.slabs[static_cast<std::size_t>(mesh.tet_slab[tet])];
+  const Region& region = mesh.regions[static_cast<std::size_t>(mesh.tet_region[tet])];
+  return {mesh.tet_slab[tet], slab.first_layer, slab.last_layer, region.part, mesh.tet_region[tet], region.kind};
+}
+
+/// Some tets, by index, in a row.
+class TetRange {
+public:
+  TetRange(const std::int32_t* first, const std::int32_t* last) : first_(first), last_(last) {}
+  [[nodiscard]] const std::int32_t* begin() const noexcept { return first_; }
+  [[nodiscard]] const std::int32_t* end() const noexcept { return last_; }
+  [[nodiscard]] std::size_t size() const noexcept { return static_cast<std::size_t>(last_ - first_); }
+  [[nodiscard]] bool empty() const noexcept { return first_ == last_; }
+
+private:
+  const std::int32_t* first_;
+  const std::int32_t* last_;
+};
+
+/// The print when one slab is the last one deposited. Valid as long as the GrowingDomains it comes from.
+struct GrowingDomain {
+  std::int32_t slab = 0;
+  TetRange born;  ///< the tets of this slab, ascending
+  TetRange all;   ///< those of this slab and of all below, by slab
+};
+
+/// The growing domains of the print. A range: `for (const GrowingDomain& domain : growing_domains(mesh))` runs through
+/// the slabs from below.
+class GrowingDomains {
+public:
+  /// Errors: Error (Stage::Fem) if the arrays of the mesh do not fit together. Cost: linear.
+  explicit GrowingDomains(const Mesh& mesh) {
+    detail::check_mesh_arrays(mesh, Stage::Fem);
+    offsets_.assign(mesh.slabs.size() + 1, 0);
+    for (const std::int32_t s : mesh.tet_slab) ++offsets_[static_cast<std::size_t>(s) + 1];
+    for (std::size_t s = 1; s < offsets_.size(); ++s) offsets_[s] += offsets_[s - 1];
+    order_.resize(mesh.tets.size());
+    std::vector<std::size_t> next(offsets_);
+    for (std::size_t t = 0; t < mesh.tets.size(); ++t)
+      order_[next[static_cast<std::size_t>(mesh.tet_slab[t])]++] = static_cast<std::int32_t>(t);
+  }
+
+  /// Number of slabs.
+  [[nodiscard]] std::size_t size() const noexcept { return offsets_.size() - 1; }
+  /// The domain after slab k. Precondition: 0 <= k < size().
+  [[nodiscard]] GrowingDomain operator[](std::size_t k) const {
+    const std::int32_t* const first = order_.data();
+    return {
+        static_cast<std::int32_t>(k), {first + offsets_[k], first + offsets_[k + 1]}, {first, first + offsets_[k + 1]}};
+  }
+
+  class Iterator {
+  public:
+    using iterator_category = std::input_iterator_tag;  // its values are made on the way
+    using value_type = GrowingDomain;
+    using difference_type = std::ptrdiff_t;
+    using pointer = const GrowingDomain*;
+    using reference = GrowingDomain;
+    Iterator(const GrowingDomains& domains, std::size_t k) : domains_(&domains), k_(k) {}
+    [[nodiscard]] GrowingDomain operator*() const { return (*domains_)[k_]; }
+    Iterator& operator++() {
+      ++k_;
+      return *this;
+    }
+    Iterator operator++(int) {
+      const Iterator old = *this;
+      ++k_;
+      return old;
+    }
+    friend bool operator==(const Iterator& a, const Iterator& b) { return a.k_ == b.k_; }
+    friend bool operator!=(const Iterator& a, const Iterator& b) { return a.k_ != b.k_; }
+
+  private:
+    const GrowingDomains* domains_;
+    std::size_t k_;
+  };
+  [[nodiscard]] Iterator begin() const { return {*this, 0}; }
+  [[nodiscard]] Iterator end() const { return {*this, size()}; }
+
+private:
+  std::vector<std::int32_t> order_;   // #T, tets by slab, then index
+  std::vector<std::size_t> offsets_;  // #S+1: slab k is order_[offsets_[k] .. offsets_[k+1])
+};
+
+/// The growing domains of a mesh. Errors: Error (Stage::Fem) if the arrays of the mesh do not fit together.
+/// Cost: linear.
 [[nodiscard]] inline GrowingDomains growing_domains(const Mesh& mesh) {
-  detail::check_mesh_arrays(mesh, Stage::Fem);
-  GrowingDomains domains;
-  domains.begin.assign(mesh.slabs.size() + 1, 0);
-  for (const std::int32_t s : mesh.tet_slab) ++domains.begin[static_cast<std::size_t>(s) + 1];
-  for (std::size_t s = 1; s < domains.begin.size(); ++s) domains.begin[s] += domains.begin[s - 1];
-  domains.order.resize(mesh.tets.size());
-  std::vector<std::size_t> next(domains.begin);
-  for (std::size_t t = 0; t < mesh.tets.size(); ++t)
-    domains.order[next[static_cast<std::size_t>(mesh.tet_slab[t])]++] = static_cast<std::int32_t>(t);
-  return domains;
+  return GrowingDomains(mesh);
 }
 
 /// The mesh of some layers, with its own numbering.

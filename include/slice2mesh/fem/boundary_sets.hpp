@@ -33,15 +33,16 @@ inline constexpr std::array<std::array<std::size_t, 3>, 4> kTetFaceVertices = {
 
 /// The named surface sets. The number plus one is the surface tag in files.
 enum class BoundaryKind : std::uint8_t {
-  Bottom = 0,           ///< down-facing, under the first slab
-  Top = 1,              ///< up-facing, on the last slab
-  Wall = 2,             ///< lateral
-  Upskin = 3,           ///< up-facing, on any other slab (steps)
-  Downskin = 4,         ///< down-facing, under any other slab (overhangs)
-  SupportInterface = 5  ///< inner faces between part and support, seen from the part
+  Bottom = 0,            ///< down-facing, under the first slab
+  Top = 1,               ///< up-facing, on the last slab
+  Wall = 2,              ///< lateral
+  Upskin = 3,            ///< up-facing, on any other slab (steps)
+  Downskin = 4,          ///< down-facing, under any other slab (overhangs)
+  SupportInterface = 5,  ///< inner faces between part and support, seen from the part
+  PlateInterface = 6     ///< inner faces between the base plate and what stands on it, seen from what stands on it
 };
 
-inline constexpr std::size_t kBoundaryKinds = 6;
+inline constexpr std::size_t kBoundaryKinds = 7;
 
 /// The set's name, as it stands in files.
 [[nodiscard]] constexpr const char* to_string(BoundaryKind kind) noexcept {
@@ -52,6 +53,7 @@ inline constexpr std::size_t kBoundaryKinds = 6;
     case BoundaryKind::Upskin: return "upskin";
     case BoundaryKind::Downskin: return "downskin";
     case BoundaryKind::SupportInterface: return "support_interface";
+    case BoundaryKind::PlateInterface: return "plate_interface";
   }
   return "unknown";
 }
@@ -203,8 +205,9 @@ inline void check_mesh_arrays(const Mesh& mesh, Stage stage) {
 /// Boundary sets, interfaces, and the exposed surface of the growing part, from the tets and their labels alone.
 ///
 /// A face with material on one side belongs to bottom, top, wall, upskin or downskin; an inner face between a part and
-/// a support region to support_interface. A face is horizontal if its three heights are equal (they are heights of
-/// planes, so equality is exact). The face between slabs j < k is exposed from the deposition of j to that of k.
+/// a support region to support_interface, one between the base plate and another region to plate_interface. A face is
+/// horizontal if its three heights are equal (they are heights of planes, so equality is exact). The face between slabs
+/// j < k is exposed from the deposition of j to that of k.
 ///
 /// Precondition: every tet is positive and lies in its slab (the certificate checks it).
 /// Throws Error (Stage::Fem) if the arrays of the mesh do not fit together or a face has more than two tets.
@@ -243,6 +246,8 @@ inline void check_mesh_arrays(const Mesh& mesh, Stage stage) {
       const RegionKind there = mesh.regions[static_cast<std::size_t>(mesh.tet_region[beyond])].kind;
       if (here == RegionKind::Part && there == RegionKind::Support)
         result.sets[static_cast<std::size_t>(BoundaryKind::SupportInterface)].push_back(face);
+      if (here != RegionKind::Plate && there == RegionKind::Plate)
+        result.sets[static_cast<std::size_t>(BoundaryKind::PlateInterface)].push_back(face);
       if (mesh.tet_slab[beyond] > slab) {
         found.push_back({face, slab, mesh.tet_slab[beyond]});
         const double area = face_area(mesh, face);

@@ -16,6 +16,7 @@
 #include "slice2mesh/core/error.hpp"
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/fem/boundary_sets.hpp"
+#include "slice2mesh/fem/quadratic.hpp"
 #include "slice2mesh/io/write_options.hpp"
 
 namespace slice2mesh::detail {
@@ -113,14 +114,90 @@ inline void check_writable(const Mesh& mesh) {
   return result;
 }
 
-/// The boundary sets that the options ask for: empty lists otherwise.
-[[nodiscard]] inline std::array<std::vector<TetFace>, kBoundaryKinds> wanted_surfaces(const Mesh& mesh,
-                                                                                      const WriteOptions& options) {
+/// A named set of faces, with its number in files (from 1).
+struct SurfaceSet {
+  std::string name;
+  std::int32_t tag = 0;
+  std::vector<TetFace> faces;
+};
+
+/// The sets of faces that the options ask for, without empty ones, by tag: the boundary sets (tag = BoundaryKind + 1);
+/// with `layer_faces` also covered_<layer>, the faces that a layer covers (tag = number of kinds + layer, from 1), and
+/// born_<layer>, the faces that a layer newly exposes (tags after those). Where the format has no sets that overlap,
+/// born_<layer> is left out (it is what covered_<layer + 1> and the boundary faces of the layer's tets are together),
+/// and faces of the interface sets are left out of covered_<layer>.
+[[nodiscard]] inline std::vector<SurfaceSet> wanted_surfaces(const Mesh& mesh, const WriteOptions& options,
+                                                             bool overlap) {
   if (!options.surfaces) return {};
-  std::array<std::vector<TetFace>, kBoundaryKinds> sets = std::move(boundary_sets(mesh).sets);
-  if (!options.interfaces) sets[static_cast<std::size_t>(BoundaryKind::SupportInterface)].clear();
-  return sets;
+  BoundarySets sets = boundary_sets(mesh);
+  std::vector<SurfaceSet> result;
+  const auto add = [&result](std::string name, std::size_t tag, std::vector<TetFace> faces) {
+    if (!faces.empty()) result.push_back({std::move(name), static_cast<std::int32_t>(tag), std::move(faces)});
+  };
+  for (std::size_t k = 0; k < kBoundaryKinds; ++k) {
+    const auto kind = static_cast<BoundaryKind>(k);
+    const bool inner = kind == BoundaryKind::SupportInterface || kind == BoundaryKind::PlateInterface;
+    if (!inner || options.interfaces) add(to_string(kind), k + 1, std::move(sets.sets[k]));
+  }
+  if (!options.layer_faces) return result;
+  // A face between two tets may be seen from either: compare by vertices.
+  const auto corners = [&mesh](const TetFace& f) {
+    std::array<std::int32_t, 3> v = face_vertices(mesh, f);
+    std::sort(v.begin(), v.end());
+    return v;
+  };
+  std::set<std::array<std::int32_t, 3>> taken;
+  if (!overlap)
+    for (const SurfaceSet& set : result)
+      if (set.tag > static_cast<std::int32_t>(BoundaryKind::SupportInterface))
+        for (const TetFace& f : set.faces) taken.insert(corners(f));
+  const std::size_t slabs = mesh.slabs.size();
+  for (std::size_t s = 0; s < slabs; ++s) {
+    std::vector<TetFace> faces = covered_faces(sets, static_cast<std::int32_t>(s));
+    faces.erase(std::remove_if(faces.begin(), faces.end(),
+                               [&](const TetFace& f) { return !taken.empty() && taken.count(corners(f)) > 0; }),
+                faces.end());
+    add("covered_" + padded(s + 1, slabs), kBoundaryKinds + s + 1, std::move(faces));
+  }
+  if (overlap)
+    for (std::size_t s = 0; s < slabs; ++s)
+      add("born_" + padded(s + 1, slabs), kBoundaryKinds + slabs + s + 1,
+          born_faces(sets, static_cast<std::int32_t>(s)));
+  return result;
 }
+
+/// The nodes of a mesh as its file has them: its vertices, and with quadratic tets the middles of its edges behind
+/// them.
+class FileNodes {
+public:
+  FileNodes(const Mesh& mesh, bool quadratic) : mesh_(mesh), quadratic_(quadratic) {
+    if (quadratic) nodes_ = quadratic_nodes(mesh);
+  }
+  [[nodiscard]] bool quadratic() const { return quadratic_; }
+  [[nodiscard]] std::size_t count() const { return mesh_.vertices.size() + nodes_.edges.size(); }
+  [[nodiscard]] std::array<double, 3> position(std::size_t node) const {
+    return node < mesh_.vertices.size() ? mesh_.vertices[node] : nodes_.middle(mesh_, node - mesh_.vertices.size());
+  }
+  [[nodiscard]] std::size_t per_tet() const { return quadratic_ ? 10 : 4; }
+  [[nodiscard]] std::size_t per_face() const { return quadratic_ ? 6 : 3; }
+  /// Node i of a tet; the order is that of VTK, Abaqus and Exodus (kQuadraticEdges).
+  [[nodiscard]] std::size_t of_tet(std::size_t tet, std::size_t i) const {
+    return i < 4 ? static_cast<std::size_t>(mesh_.tets[tet][i])
+                 : mesh_.vertices.size() + static_cast<std::size_t>(nodes_.tet_edges[tet][i - 4]);
+  }
+  /// Node i of a face: its corners, then the middles of the edges from corner 0 to 1, 1 to 2 and 2 to 0.
+  [[nodiscard]] std::size_t of_face(const TetFace& f, std::size_t i) const {
+    const std::array<std::size_t, 3>& corner = kTetFaceVertices[static_cast<std::size_t>(f.face)];
+    const auto tet = static_cast<std::size_t>(f.tet);
+    if (i < 3) return of_tet(tet, corner[i]);
+    return of_tet(tet, 4 + quadratic_edge(corner[i - 3], corner[(i - 2) % 3]));
+  }
+
+private:
+  const Mesh& mesh_;
+  bool quadratic_;
+  QuadraticNodes nodes_;
+};
 
 /// Smallest and largest coordinates: x y z, x y z.
 class BoundingBox {

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <ostream>
 #include <string>
 #include <utility>
@@ -17,25 +16,12 @@
 #include "slice2mesh/core/atomic_file.hpp"
 #include "slice2mesh/core/error.hpp"
 #include "slice2mesh/core/mesh.hpp"
+#include "slice2mesh/fem/activation.hpp"
 #include "slice2mesh/io/element_groups.hpp"
 #include "slice2mesh/io/output_buffer.hpp"
 #include "slice2mesh/io/write_options.hpp"
 
 namespace slice2mesh {
-
-/// A thermal job in which the layers come to life one after the other, each at the initial temperature. Units are those
-/// of the solver; the mesh is in mm, and the defaults are those of a steel in mm, s, K, t (1e3 kg), mJ.
-struct InpStepOptions {
-  double time_per_layer = 10;              ///< s, > 0: length of a step
-  double first_increment = 0.1;            ///< > 0: of a step, as a share of its length, at most 1
-  double conductivity = 20;                ///< mW/(mm K), > 0
-  double density = 8e-9;                   ///< t/mm^3, > 0
-  double specific_heat = 5e8;              ///< mJ/(t K), > 0
-  double initial_temperature = 1500;       ///< of each layer when it comes to life
-  double film_coefficient = 0.05;          ///< mW/(mm^2 K), >= 0, over the surface exposed in each step
-  double sink_temperature = 300;           ///< of the surroundings
-  std::optional<double> base_temperature;  ///< if set, the nodes of the bottom are held at it
-};
 
 namespace detail {
 
@@ -82,26 +68,44 @@ inline void put_inp_set(OutputBuffer& buffer, const char* type, const std::strin
   return filled;
 }
 
+/// Nodes of tets of the base plate, and of no others; ascending.
+[[nodiscard]] inline std::vector<std::size_t> plate_nodes(const Mesh& mesh, const FileNodes& nodes) {
+  std::vector<std::size_t> members;
+  if (plate_slabs(mesh) == 0) return members;
+  std::vector<bool> plate(nodes.count(), false);
+  std::vector<bool> other(nodes.count(), false);
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    const bool in_plate = mesh.slabs[static_cast<std::size_t>(mesh.tet_slab[t])].is_plate();
+    for (std::size_t i = 0; i < nodes.per_tet(); ++i) (in_plate ? plate : other)[nodes.of_tet(t, i)] = true;
+  }
+  for (std::size_t v = 0; v < nodes.count(); ++v)
+    if (plate[v] && !other[v]) members.push_back(v);
+  return members;
+}
+
 }  // namespace detail
 
-/// Write a mesh as INP: nodes (set NALL), C3D4 elements in one set per layer (LAYER_0001, ...), all of them (EALL), one
-/// set per region (REGION_<name>) and, with several regions, per layer and region (LAYER_0001_<name>), the nodes of the
-/// bottom (BOTTOM_NODES), and the boundary sets as surfaces (BOTTOM, TOP, WALL, UPSKIN, DOWNSKIN, SUPPORT_INTERFACE).
+/// Write a mesh as INP: nodes (set NALL), C3D4 elements (C3D10 with quadratic tets) in one set per layer (LAYER_0001,
+/// ...), all of them (EALL), one set per region (REGION_<name>) and, with several regions, per layer and region
+/// (LAYER_0001_<name>), the nodes of the bottom (BOTTOM_NODES) and those of the base plate alone (PLATE_NODES), and the
+/// boundary sets as surfaces (BOTTOM, TOP, WALL, UPSKIN, DOWNSKIN, SUPPORT_INTERFACE, PLATE_INTERFACE), with
+/// `layer_faces` also BORN_0001 (faces that layer 1 newly exposes) and COVERED_0002 (those that layer 2 covers).
 /// Node and element numbers are those of the mesh plus one. Coordinates are the shortest text that reads back as the
 /// same number where that fits into the 20 characters that solvers read, else rounded to fit (at least 13 digits).
-/// Options used: surfaces, interfaces.
+/// Options used: quadratic, surfaces, interfaces, layer_faces.
 /// Errors: Error (Stage::Write) for a mesh whose arrays do not fit together. The state of the stream tells whether
 /// everything was taken. Cost: linear.
 inline void write_inp(std::ostream& out, const Mesh& mesh, const WriteOptions& options = {}) {
   detail::check_writable(mesh);
   const detail::ElementGroups elements = detail::group_elements(mesh);
   const std::vector<std::string> names = detail::region_names(mesh);
-  const std::array<std::vector<TetFace>, kBoundaryKinds> surfaces = detail::wanted_surfaces(mesh, options);
+  const std::vector<detail::SurfaceSet> surfaces = detail::wanted_surfaces(mesh, options, true);
+  const detail::FileNodes nodes(mesh, options.quadratic);
   detail::OutputBuffer buffer(out);
   buffer.text("** slice2mesh: lengths in mm\n*NODE, NSET=NALL\n");
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+  for (std::size_t v = 0; v < nodes.count(); ++v) {
     buffer.integer(v + 1);
-    for (const double x : mesh.vertices[v]) buffer.text(", ").real_within(x, detail::kInpRealWidth);
+    for (const double x : nodes.position(v)) buffer.text(", ").real_within(x, detail::kInpRealWidth);
     buffer.character('\n');
   }
   const std::vector<detail::ElementGroup>& groups = elements.groups;
@@ -114,10 +118,11 @@ inline void write_inp(std::ostream& out, const Mesh& mesh, const WriteOptions& o
                    elements.order.begin() + static_cast<std::ptrdiff_t>(groups[last - 1].end));
     std::sort(members.begin(), members.end());
     layers.push_back(static_cast<std::size_t>(groups[g].slab));
-    buffer.text("*ELEMENT, TYPE=C3D4, ELSET=").text(detail::inp_layer(mesh, layers.back())).character('\n');
+    buffer.text(options.quadratic ? "*ELEMENT, TYPE=C3D10, ELSET=" : "*ELEMENT, TYPE=C3D4, ELSET=");
+    buffer.text(detail::inp_layer(mesh, layers.back())).character('\n');
     for (const std::size_t t : members) {
       buffer.integer(t + 1);
-      for (const std::int32_t v : mesh.tets[t]) buffer.text(", ").integer(v + 1);
+      for (std::size_t i = 0; i < nodes.per_tet(); ++i) buffer.text(", ").integer(nodes.of_tet(t, i) + 1);
       buffer.character('\n');
     }
     g = last;
@@ -138,20 +143,19 @@ inline void write_inp(std::ostream& out, const Mesh& mesh, const WriteOptions& o
                      elements.order.begin() + static_cast<std::ptrdiff_t>(group.end));
       detail::put_inp_set(buffer, "ELSET", detail::upper_case(detail::group_name(mesh, names, group)), members);
     }
-  const std::vector<TetFace>& bottom = surfaces[static_cast<std::size_t>(BoundaryKind::Bottom)];
-  if (!bottom.empty()) {
+  if (!surfaces.empty() && surfaces[0].tag == static_cast<std::int32_t>(BoundaryKind::Bottom) + 1) {
     members.clear();
-    for (const TetFace& f : bottom)
-      for (const std::int32_t v : face_vertices(mesh, f)) members.push_back(static_cast<std::size_t>(v));
+    for (const TetFace& f : surfaces[0].faces)
+      for (std::size_t i = 0; i < nodes.per_face(); ++i) members.push_back(nodes.of_face(f, i));
     std::sort(members.begin(), members.end());
     members.erase(std::unique(members.begin(), members.end()), members.end());
     detail::put_inp_set(buffer, "NSET", "BOTTOM_NODES", members);
   }
-  for (std::size_t k = 0; k < kBoundaryKinds; ++k) {
-    if (surfaces[k].empty()) continue;
-    buffer.text("*SURFACE, NAME=").text(detail::upper_case(to_string(static_cast<BoundaryKind>(k))));
-    buffer.text(", TYPE=ELEMENT\n");
-    for (const TetFace& f : surfaces[k])
+  members = detail::plate_nodes(mesh, nodes);
+  if (!members.empty()) detail::put_inp_set(buffer, "NSET", "PLATE_NODES", members);
+  for (const detail::SurfaceSet& set : surfaces) {
+    buffer.text("*SURFACE, NAME=").text(detail::upper_case(set.name)).text(", TYPE=ELEMENT\n");
+    for (const TetFace& f : set.faces)
       buffer.integer(f.tet + 1).text(", S").integer(detail::inp_face(f.face)).character('\n');
   }
   buffer.flush();
@@ -163,7 +167,8 @@ inline void write_inp(const std::string& path, const Mesh& mesh, const WriteOpti
 }
 
 /// Write the job that goes with `write_inp` (called with surfaces): it includes `mesh_file`, and has one transient heat
-/// transfer step per layer. The first step removes all layers but the first, every other one adds a layer; convection
+/// transfer step per layer. The first step removes all layers but the first (and the base plate, which has its own
+/// initial temperature), every other one adds a layer; convection
 /// acts in each step on the faces that are then exposed (element sets KEPT_<layer>_F<face>: exposed from that layer on;
 /// OPEN_<layer>_F<face>: exposed until the next layer covers them).
 /// Precondition: every tet lies in its slab (the certificate checks it).
@@ -183,6 +188,8 @@ inline void write_inp_steps(std::ostream& out, const Mesh& mesh, const std::stri
   require(std::isfinite(options.initial_temperature), "initial_temperature", "must be finite");
   require(std::isfinite(options.sink_temperature), "sink_temperature", "must be finite");
   require(!options.base_temperature || std::isfinite(*options.base_temperature), "base_temperature", "must be finite");
+  require(!options.plate_temperature || std::isfinite(*options.plate_temperature), "plate_temperature",
+          "must be finite");
   if (mesh_file.find_first_of("\r\n") != std::string::npos)
     throw Error(Stage::Write, "the name of the mesh file has a line end");
   detail::check_writable(mesh);
@@ -201,6 +208,13 @@ inline void write_inp_steps(std::ostream& out, const Mesh& mesh, const std::stri
   buffer.text("\n*SOLID SECTION, ELSET=EALL, MATERIAL=PRINTED\n*INITIAL CONDITIONS, TYPE=TEMPERATURE\nNALL, ");
   put_real(options.initial_temperature);
   buffer.character('\n');
+  const auto plate = static_cast<std::size_t>(plate_slabs(mesh));
+  if (std::find(filled.begin(), filled.begin() + static_cast<std::ptrdiff_t>(plate), true) !=
+      filled.begin() + static_cast<std::ptrdiff_t>(plate)) {
+    buffer.text("PLATE_NODES, ");
+    put_real(options.plate_temperature.value_or(options.sink_temperature));
+    buffer.character('\n');
+  }
 
   // Faces by the slab that exposes them, whether a later one covers them, and their number.
   struct FilmSet {
@@ -234,7 +248,7 @@ inline void write_inp_steps(std::ostream& out, const Mesh& mesh, const std::stri
 
   bool first = true;
   for (std::size_t k = 0; k < slab_count; ++k) {
-    if (!filled[k]) continue;
+    if (!filled[k] || (k < plate && plate < slab_count)) continue;
     buffer.text("** layer ").integer(k + 1).text("\n*STEP, INC=100000\n*HEAT TRANSFER\n");
     put_real(options.first_increment * options.time_per_layer);
     buffer.text(", ");
@@ -278,6 +292,24 @@ inline void write_inp_steps(std::ostream& out, const Mesh& mesh, const std::stri
 inline void write_inp_steps(const std::string& path, const Mesh& mesh, const std::string& mesh_file,
                             const InpStepOptions& options = {}) {
   write_file_atomically(path, Stage::Write, [&](std::ostream& out) { write_inp_steps(out, mesh, mesh_file, options); });
+}
+
+/// Write a mesh and its job: the mesh at `path` (which ends in .inp), the steps at <stem>_steps.inp beside it, which
+/// include the mesh by its name without folder. Both are complete before the first takes its place.
+/// Errors: those of `write_inp` and `write_inp_steps`; OptionError if `surfaces` is off where the
+/// steps need the nodes of the bottom; FileError.
+inline void write_inp_job(const std::string& path, const Mesh& mesh, const InpStepOptions& steps,
+                          const WriteOptions& options = {}) {
+  if (!options.surfaces && steps.base_temperature)
+    throw OptionError("surfaces", "must be on where the bottom is held at a temperature");
+  const std::string stem = path.substr(0, path.size() - std::min(path.size(), detail::extension(path).size() + 1));
+  const std::size_t slash = path.find_last_of("/\\");
+  AtomicFile mesh_file(path, Stage::Write);
+  AtomicFile step_file(stem + "_steps.inp", Stage::Write);
+  write_inp(mesh_file.stream(), mesh, options);
+  write_inp_steps(step_file.stream(), mesh, slash == std::string::npos ? path : path.substr(slash + 1), steps);
+  mesh_file.commit();
+  step_file.commit();
 }
 
 }  // namespace slice2mesh

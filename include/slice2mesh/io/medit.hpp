@@ -19,26 +19,27 @@
 namespace slice2mesh {
 
 /// Write a mesh as MEDIT text (double precision). The reference of a tet is the index of its slab plus one; that of a
-/// triangle its boundary set plus one (1 bottom, 2 top, 3 wall, 4 upskin, 5 downskin, 6 support_interface). The format
-/// has one number per element: regions are not in the file. Coordinates round-trip exactly.
-/// Options used: surfaces, interfaces.
+/// triangle its boundary set plus one (1 bottom, 2 top, 3 wall, 4 upskin, 5 downskin, 6 support_interface,
+/// 7 plate_interface, with `layer_faces` 7 + k for the faces that layer k covers). The format has one number per
+/// element: regions are not in the file. Coordinates round-trip exactly.
+/// Options used: surfaces, interfaces, layer_faces.
 /// Errors: Error (Stage::Write) for a mesh whose arrays do not fit together. The state of the stream tells whether
 /// everything was taken. Cost: linear.
 inline void write_medit(std::ostream& out, const Mesh& mesh, const WriteOptions& options = {}) {
   detail::check_writable(mesh);
-  const std::array<std::vector<TetFace>, kBoundaryKinds> surfaces = detail::wanted_surfaces(mesh, options);
+  const std::vector<detail::SurfaceSet> surfaces = detail::wanted_surfaces(mesh, options, false);
   std::size_t triangle_count = 0;
-  for (const std::vector<TetFace>& set : surfaces) triangle_count += set.size();
+  for (const detail::SurfaceSet& set : surfaces) triangle_count += set.faces.size();
   detail::OutputBuffer buffer(out);
   buffer.text("MeshVersionFormatted 2\n\nDimension 3\n\nVertices\n").integer(mesh.vertices.size()).character('\n');
   for (const std::array<double, 3>& p : mesh.vertices)
     buffer.real(p[0]).character(' ').real(p[1]).character(' ').real(p[2]).text(" 0\n");
   if (triangle_count > 0) {
     buffer.text("\nTriangles\n").integer(triangle_count).character('\n');
-    for (std::size_t k = 0; k < kBoundaryKinds; ++k)
-      for (const TetFace& f : surfaces[k]) {
+    for (const detail::SurfaceSet& set : surfaces)
+      for (const TetFace& f : set.faces) {
         for (const std::int32_t v : face_vertices(mesh, f)) buffer.integer(v + 1).character(' ');
-        buffer.integer(k + 1).character('\n');
+        buffer.integer(set.tag).character('\n');
       }
   }
   buffer.text("\nTetrahedra\n").integer(mesh.tets.size()).character('\n');

@@ -22,9 +22,10 @@ namespace slice2mesh {
 
 /// Write a mesh in the format of MFEM, v1.0, or v1.3 with `mfem_names`. The attribute of a tet is the index of its
 /// region times #S plus the index of its slab plus one, so that a mesh of one region has attribute = layer + 1;
-/// boundary attributes are 1 bottom, 2 top, 3 wall, 4 upskin, 5 downskin, 6 support_interface. v1.3 names them, and has
-/// a set of attributes per layer ("layer_0001"), per region and per layer and region. Coordinates round-trip exactly.
-/// Options used: mfem_names, surfaces, interfaces.
+/// boundary attributes are 1 bottom, 2 top, 3 wall, 4 upskin, 5 downskin, 6 support_interface, 7 plate_interface, with
+/// `layer_faces` 7 + k for the faces that layer k covers. v1.3 names them, and has a set of attributes per layer
+/// ("layer_0001"), per region and per layer and region. Coordinates round-trip exactly.
+/// Options used: mfem_names, surfaces, interfaces, layer_faces.
 /// Errors: Error (Stage::Write) for a mesh whose arrays do not fit together. The state of the stream tells whether
 /// everything was taken. Cost: linear.
 inline void write_mfem(std::ostream& out, const Mesh& mesh, const WriteOptions& options = {}) {
@@ -32,7 +33,7 @@ inline void write_mfem(std::ostream& out, const Mesh& mesh, const WriteOptions& 
   const std::size_t slab_count = mesh.slabs.size();
   if (slab_count * mesh.regions.size() > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))
     throw Error(Stage::Write, "more pairs of slab and region than attributes");
-  const std::array<std::vector<TetFace>, kBoundaryKinds> surfaces = detail::wanted_surfaces(mesh, options);
+  const std::vector<detail::SurfaceSet> surfaces = detail::wanted_surfaces(mesh, options, false);
   const auto attribute = [slab_count](std::int32_t slab, std::int32_t region) {
     return static_cast<std::size_t>(region) * slab_count + static_cast<std::size_t>(slab) + 1;
   };
@@ -70,23 +71,18 @@ inline void write_mfem(std::ostream& out, const Mesh& mesh, const WriteOptions& 
       put_set(detail::group_name(mesh, names, g), {attribute(g.slab, g.region)});
   }
   std::size_t triangle_count = 0;
-  std::size_t surface_count = 0;
-  for (const std::vector<TetFace>& set : surfaces) {
-    triangle_count += set.size();
-    if (!set.empty()) ++surface_count;
-  }
+  for (const detail::SurfaceSet& set : surfaces) triangle_count += set.faces.size();
   buffer.text("\nboundary\n").integer(triangle_count).character('\n');
-  for (std::size_t k = 0; k < kBoundaryKinds; ++k)
-    for (const TetFace& f : surfaces[k]) {
-      buffer.integer(k + 1).text(" 2");
+  for (const detail::SurfaceSet& set : surfaces)
+    for (const TetFace& f : set.faces) {
+      buffer.integer(set.tag).text(" 2");
       for (const std::int32_t v : face_vertices(mesh, f)) buffer.character(' ').integer(v);
       buffer.character('\n');
     }
   if (options.mfem_names) {
-    buffer.text("\nbdr_attribute_sets\n").integer(surface_count).character('\n');
-    for (std::size_t k = 0; k < kBoundaryKinds; ++k)
-      if (!surfaces[k].empty())
-        buffer.text("\"").text(to_string(static_cast<BoundaryKind>(k))).text("\" 1 ").integer(k + 1).character('\n');
+    buffer.text("\nbdr_attribute_sets\n").integer(surfaces.size()).character('\n');
+    for (const detail::SurfaceSet& set : surfaces)
+      buffer.text("\"").text(set.name).text("\" 1 ").integer(set.tag).character('\n');
   }
   buffer.text("\nvertices\n").integer(mesh.vertices.size()).text("\n3\n");
   for (const std::array<double, 3>& p : mesh.vertices)

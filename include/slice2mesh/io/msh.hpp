@@ -20,23 +20,22 @@ namespace slice2mesh {
 
 /// Write a mesh as Gmsh MSH 4.1. One volume entity per slab and region, with exactly one physical group, named
 /// "layer_0001_<region>" (layers from 1); their tags are 1, 2, ... by slab, then region. One surface entity per
-/// non-empty boundary set, with one physical group: 1 bottom, 2 top, 3 wall, 4 upskin, 5 downskin, 6 support_interface;
-/// their triangles point out of the material (out of the part). Node i of the mesh has tag i + 1, tet t has tag t + 1,
-/// triangles follow. Coordinates round-trip exactly.
-/// Options used: binary, surfaces, interfaces (deal.II refuses inner faces: set `interfaces` to false for it).
+/// non-empty boundary set, with one physical group: 1 bottom, 2 top, 3 wall, 4 upskin, 5 downskin, 6 support_interface,
+/// 7 plate_interface, with `layer_faces` 8 and up covered_0001 and so on (see docs/formats.md); their triangles point
+/// out of the material (out of the part). Node i of the mesh has tag i + 1, with quadratic tets the nodes of the edges
+/// follow; tet t has tag t + 1, triangles follow. Coordinates round-trip exactly.
+/// Options used: binary, quadratic, surfaces, interfaces, layer_faces (deal.II refuses inner faces: set `interfaces` to
+/// false for it).
 /// Errors: Error (Stage::Write) for a mesh whose arrays do not fit together. The state of the stream tells whether
 /// everything was taken. Cost: linear.
 inline void write_msh(std::ostream& out, const Mesh& mesh, const WriteOptions& options = {}) {
   detail::check_writable(mesh);
   const detail::ElementGroups elements = detail::group_elements(mesh);
   const std::vector<std::string> names = detail::region_names(mesh);
-  const std::array<std::vector<TetFace>, kBoundaryKinds> surfaces = detail::wanted_surfaces(mesh, options);
-  std::size_t surface_count = 0;
+  const std::vector<detail::SurfaceSet> surfaces = detail::wanted_surfaces(mesh, options, false);
+  const detail::FileNodes nodes(mesh, options.quadratic);
   std::size_t triangle_count = 0;
-  for (const std::vector<TetFace>& set : surfaces) {
-    if (!set.empty()) ++surface_count;
-    triangle_count += set.size();
-  }
+  for (const detail::SurfaceSet& set : surfaces) triangle_count += set.faces.size();
   const bool binary = options.binary;
   detail::OutputBuffer buffer(out);
 
@@ -69,45 +68,43 @@ inline void write_msh(std::ostream& out, const Mesh& mesh, const WriteOptions& o
 
   buffer.text("$MeshFormat\n4.1 ").text(binary ? "1" : "0").text(" 8\n");
   if (binary) buffer.native(std::int32_t{1}).character('\n');
-  buffer.text("$EndMeshFormat\n$PhysicalNames\n").integer(surface_count + elements.groups.size()).character('\n');
-  for (std::size_t k = 0; k < kBoundaryKinds; ++k)
-    if (!surfaces[k].empty())
-      buffer.text("2 ").integer(k + 1).text(" \"").text(to_string(static_cast<BoundaryKind>(k))).text("\"\n");
+  buffer.text("$EndMeshFormat\n$PhysicalNames\n").integer(surfaces.size() + elements.groups.size()).character('\n');
+  for (const detail::SurfaceSet& set : surfaces)
+    buffer.text("2 ").integer(set.tag).text(" \"").text(set.name).text("\"\n");
   for (std::size_t g = 0; g < elements.groups.size(); ++g)
     buffer.text("3 ").integer(g + 1).text(" \"").text(detail::group_name(mesh, names, elements.groups[g])).text("\"\n");
   buffer.text("$EndPhysicalNames\n$Entities\n");
 
-  const auto put_entity = [&](std::size_t tag, const detail::BoundingBox& box) {
-    put_int(static_cast<std::int32_t>(tag));
+  const auto put_entity = [&](std::int32_t tag, const detail::BoundingBox& box) {
+    put_int(tag);
     for (const double x : box.low()) put_real(x);
     for (const double x : box.high()) put_real(x);
     put_size(1);  // physical groups
-    put_int(static_cast<std::int32_t>(tag));
+    put_int(tag);
     put_size(0);  // bounding entities
     end_line();
   };
   put_size(0);  // points
   put_size(0);  // curves
-  put_size(surface_count);
+  put_size(surfaces.size());
   put_size(elements.groups.size());
   end_line();
-  for (std::size_t k = 0; k < kBoundaryKinds; ++k) {
-    if (surfaces[k].empty()) continue;
+  for (const detail::SurfaceSet& set : surfaces) {
     detail::BoundingBox box;
-    for (const TetFace& f : surfaces[k])
+    for (const TetFace& f : set.faces)
       for (const std::int32_t v : face_vertices(mesh, f)) box.add(mesh.vertices[static_cast<std::size_t>(v)]);
-    put_entity(k + 1, box);
+    put_entity(set.tag, box);
   }
   for (std::size_t g = 0; g < elements.groups.size(); ++g) {
     detail::BoundingBox box;
     for (std::size_t i = elements.groups[g].begin; i < elements.groups[g].end; ++i)
       for (const std::int32_t v : mesh.tets[elements.order[i]]) box.add(mesh.vertices[static_cast<std::size_t>(v)]);
-    put_entity(g + 1, box);
+    put_entity(static_cast<std::int32_t>(g + 1), box);
   }
   end_section("$EndEntities");
 
   // All nodes are in one block, in the order of the mesh. It belongs to the first volume.
-  const std::size_t node_count = mesh.vertices.size();
+  const std::size_t node_count = nodes.count();
   buffer.text("$Nodes\n");
   const bool with_nodes = node_count > 0 && !elements.groups.empty();
   put_size(with_nodes ? 1 : 0);
@@ -127,7 +124,8 @@ inline void write_msh(std::ostream& out, const Mesh& mesh, const WriteOptions& o
       else
         buffer.integer(v + 1).character('\n');
     }
-    for (const std::array<double, 3>& p : mesh.vertices) {
+    for (std::size_t v = 0; v < node_count; ++v) {
+      const std::array<double, 3> p = nodes.position(v);
       if (binary)
         buffer.native(p);
       else
@@ -138,35 +136,36 @@ inline void write_msh(std::ostream& out, const Mesh& mesh, const WriteOptions& o
 
   buffer.text("$Elements\n");
   const std::size_t element_count = mesh.tets.size() + triangle_count;
-  put_size(surface_count + elements.groups.size());
+  put_size(surfaces.size() + elements.groups.size());
   put_size(element_count);
   put_size(element_count > 0 ? 1 : 0);
   put_size(element_count);
   end_line();
   std::size_t triangle_tag = mesh.tets.size() + 1;
-  for (std::size_t k = 0; k < kBoundaryKinds; ++k) {
-    if (surfaces[k].empty()) continue;
+  for (const detail::SurfaceSet& set : surfaces) {
     put_int(2);
-    put_int(static_cast<std::int32_t>(k + 1));
-    put_int(2);  // triangle of 3 nodes
-    put_size(surfaces[k].size());
+    put_int(set.tag);
+    put_int(options.quadratic ? 9 : 2);  // triangle of 6 or 3 nodes
+    put_size(set.faces.size());
     end_line();
-    for (const TetFace& f : surfaces[k]) {
+    for (const TetFace& f : set.faces) {
       put_size(triangle_tag++);
-      for (const std::int32_t v : face_vertices(mesh, f)) put_size(static_cast<std::size_t>(v) + 1);
+      for (std::size_t i = 0; i < nodes.per_face(); ++i) put_size(nodes.of_face(f, i) + 1);
       end_line();
     }
   }
+  // The nodes of a quadratic tet are those of kQuadraticEdges, with the last two the other way round.
+  constexpr std::array<std::size_t, 10> kOrder = {0, 1, 2, 3, 4, 5, 6, 7, 9, 8};
   for (std::size_t g = 0; g < elements.groups.size(); ++g) {
     const detail::ElementGroup& group = elements.groups[g];
     put_int(3);
     put_int(static_cast<std::int32_t>(g + 1));
-    put_int(4);  // tetrahedron of 4 nodes
+    put_int(options.quadratic ? 11 : 4);  // tetrahedron of 10 or 4 nodes
     put_size(group.end - group.begin);
     end_line();
     for (std::size_t i = group.begin; i < group.end; ++i) {
       put_size(elements.order[i] + 1);
-      for (const std::int32_t v : mesh.tets[elements.order[i]]) put_size(static_cast<std::size_t>(v) + 1);
+      for (std::size_t n = 0; n < nodes.per_tet(); ++n) put_size(nodes.of_tet(elements.order[i], kOrder[n]) + 1);
       end_line();
     }
   }

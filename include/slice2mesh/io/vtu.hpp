@@ -12,6 +12,7 @@
 #include <limits>
 #include <ostream>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -22,6 +23,7 @@
 #include "slice2mesh/core/atomic_file.hpp"
 #include "slice2mesh/core/error.hpp"
 #include "slice2mesh/core/mesh.hpp"
+#include "slice2mesh/fem/activation.hpp"
 #include "slice2mesh/io/element_groups.hpp"
 #include "slice2mesh/io/output_buffer.hpp"
 #include "slice2mesh/io/write_options.hpp"
@@ -53,10 +55,17 @@ template <class T>
           }};
 }
 
-/// An array whose values are computed from their index when they are written.
+/// Number of components of a tuple.
+template <class T>
+struct TupleSize : std::integral_constant<std::size_t, 1> {};
+template <class T, std::size_t n>
+struct TupleSize<std::array<T, n>> : std::integral_constant<std::size_t, n> {};
+
+/// An array whose tuples (numbers, or std::array of them) are computed from their index when they are written.
 template <class T, class Function>
 [[nodiscard]] VtuArray computed_array(const char* type, std::string name, std::size_t tuples, Function value) {
-  return {type, std::move(name), 1, tuples, sizeof(T), [tuples, value](const ByteSink& sink) {
+  constexpr std::size_t kComponents = TupleSize<T>::value;
+  return {type, std::move(name), kComponents, tuples, sizeof(T) / kComponents, [tuples, value](const ByteSink& sink) {
             std::vector<T> piece(std::min<std::size_t>(tuples, 8192));
             for (std::size_t begin = 0; begin < tuples; begin += piece.size()) {
               const std::size_t count = std::min(piece.size(), tuples - begin);
@@ -110,12 +119,14 @@ template <class T, class Function>
 }  // namespace detail
 
 /// Write a mesh as VTU (file version 1.0, 64-bit headers, raw appended data, byte order of this machine).
-/// Cell arrays: layer (index of the slab, from 0), part (part id), region (index of the region), kind (0 part,
-/// 1 support), slice (index of the slice that stands for the slab), and activation_time (s) where the options ask for
-/// it. Field arrays: slab_z_low, slab_z_high (mm, #S), slab_first_layer, slab_last_layer (#S), region_part (#R).
-/// Coordinates are exact. Options used: compress, time_per_layer, activation.
-/// Errors: Error (Stage::Write) for a mesh whose arrays do not fit together; OptionError for `compress` without zlib.
-/// The state of the stream tells whether everything was taken. Cost: linear; without compression no copy of the mesh.
+/// Cell arrays: layer (index of the slab, from 0), bundle (first and last slice of the file that the slab stands for,
+/// -1 in the base plate), slice (the slice that represents them), part (part id), region (index of the region),
+/// material (0 part, 1 support, 2 base plate), and activation_time (s) where the options ask for it. Field arrays:
+/// slab_z_low, slab_z_high (mm, #S), slab_first_layer, slab_last_layer (#S), region_part (#R). Coordinates are exact,
+/// but for the middles of edges of quadratic tets (VTK_QUADRATIC_TETRA), which are rounded. Options used: compress,
+/// quadratic, time_per_layer, activation. Errors: Error (Stage::Write) for a mesh whose arrays do not fit together;
+/// OptionError for `compress` without zlib. The state of the stream tells whether everything was taken. Cost: linear;
+/// without compression no copy of the mesh.
 inline void write_vtu(std::ostream& out, const Mesh& mesh, const WriteOptions& options = {}) {
   detail::check_writable(mesh);
 #ifndef SLICE2MESH_HAS_ZLIB
@@ -123,6 +134,7 @@ inline void write_vtu(std::ostream& out, const Mesh& mesh, const WriteOptions& o
 #endif
   if (!(options.time_per_layer >= 0)) throw OptionError("time_per_layer", "must not be negative");
   const std::size_t tet_count = mesh.tets.size();
+  const std::int32_t plate = plate_slabs(mesh);
   const auto tet_region = [&mesh](std::size_t t) -> const Region& {
     return mesh.regions[static_cast<std::size_t>(mesh.tet_region[t])];
   };
@@ -147,32 +159,54 @@ inline void write_vtu(std::ostream& out, const Mesh& mesh, const WriteOptions& o
       computed_array<std::int32_t>("Int32", "part", tet_count, [=](std::size_t t) { return tet_region(t).part; }));
   cell_data.push_back(stored_array("Int32", "region", 1, tet_count, mesh.tet_region.data()));
   cell_data.push_back(computed_array<std::uint8_t>(
-      "UInt8", "kind", tet_count, [=](std::size_t t) { return static_cast<std::uint8_t>(tet_region(t).kind); }));
+      "UInt8", "material", tet_count, [=](std::size_t t) { return static_cast<std::uint8_t>(tet_region(t).kind); }));
   cell_data.push_back(computed_array<std::int32_t>("Int32", "slice", tet_count, [&mesh](std::size_t t) {
     return mesh.slabs[static_cast<std::size_t>(mesh.tet_slab[t])].slice;
+  }));
+  cell_data.push_back(computed_array<std::array<std::int32_t, 2>>("Int32", "bundle", tet_count, [&](std::size_t t) {
+    const ElementLabels labels = element_labels(mesh, t);
+    return std::array<std::int32_t, 2>{labels.bundle_first, labels.bundle_last};
   }));
   if (options.activation)
     cell_data.push_back(computed_array<double>("Float64", "activation_time", tet_count,
                                                [&](std::size_t t) { return options.activation(mesh.tet_slab[t], t); }));
   else if (options.time_per_layer > 0)
-    cell_data.push_back(computed_array<double>("Float64", "activation_time", tet_count, [&](std::size_t t) {
-      return options.time_per_layer * mesh.tet_slab[t];
+    cell_data.push_back(
+        computed_array<double>("Float64", "activation_time", tet_count, [&mesh, &options, plate](std::size_t t) {
+          return options.time_per_layer * std::max(0, mesh.tet_slab[t] - plate);
+        }));
+  const detail::FileNodes nodes(mesh, options.quadratic);
+  if (options.quadratic) {
+    points.push_back(computed_array<std::array<double, 3>>("Float64", "Points", nodes.count(),
+                                                           [&nodes](std::size_t v) { return nodes.position(v); }));
+    cells.push_back(
+        computed_array<std::array<std::int32_t, 10>>("Int32", "connectivity", tet_count, [&nodes](std::size_t t) {
+          std::array<std::int32_t, 10> tet{};
+          for (std::size_t i = 0; i < 10; ++i) tet[i] = static_cast<std::int32_t>(nodes.of_tet(t, i));
+          return tet;
+        }));
+    cells.back().tuples *= 10;  // the format wants it as a plain list
+    cells.back().components = 1;
+  } else {
+    points.push_back(
+        stored_array("Float64", "Points", 3, mesh.vertices.size(),
+                     mesh.vertices.empty() ? static_cast<const double*>(nullptr) : mesh.vertices.data()->data()));
+    cells.push_back(
+        stored_array("Int32", "connectivity", 1, 4 * tet_count,
+                     mesh.tets.empty() ? static_cast<const std::int32_t*>(nullptr) : mesh.tets.data()->data()));
+  }
+  const std::size_t per_tet = nodes.per_tet();
+  if (per_tet * tet_count <= static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))
+    cells.push_back(computed_array<std::int32_t>("Int32", "offsets", tet_count, [per_tet](std::size_t t) {
+      return static_cast<std::int32_t>(per_tet * (t + 1));
     }));
-  points.push_back(
-      stored_array("Float64", "Points", 3, mesh.vertices.size(),
-                   mesh.vertices.empty() ? static_cast<const double*>(nullptr) : mesh.vertices.data()->data()));
-  cells.push_back(
-      stored_array("Int32", "connectivity", 1, 4 * tet_count,
-                   mesh.tets.empty() ? static_cast<const std::int32_t*>(nullptr) : mesh.tets.data()->data()));
-  if (4 * tet_count <= static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))
-    cells.push_back(computed_array<std::int32_t>("Int32", "offsets", tet_count,
-                                                 [](std::size_t t) { return static_cast<std::int32_t>(4 * (t + 1)); }));
   else
-    cells.push_back(computed_array<std::int64_t>("Int64", "offsets", tet_count,
-                                                 [](std::size_t t) { return static_cast<std::int64_t>(4 * (t + 1)); }));
-  cells.push_back(computed_array<std::uint8_t>("UInt8", "types", tet_count, [](std::size_t) {
-    return std::uint8_t{10};  // VTK_TETRA
-  }));
+    cells.push_back(computed_array<std::int64_t>("Int64", "offsets", tet_count, [per_tet](std::size_t t) {
+      return static_cast<std::int64_t>(per_tet * (t + 1));
+    }));
+  const std::uint8_t cell_type = options.quadratic ? 24 : 10;  // VTK_QUADRATIC_TETRA, VTK_TETRA
+  cells.push_back(
+      computed_array<std::uint8_t>("UInt8", "types", tet_count, [cell_type](std::size_t) { return cell_type; }));
 
   std::vector<std::vector<unsigned char>> compressed;
   const auto describe = [&](detail::OutputBuffer& buffer, const std::vector<detail::VtuArray>& arrays, bool with_tuples,
@@ -200,7 +234,7 @@ inline void write_vtu(std::ostream& out, const Mesh& mesh, const WriteOptions& o
       .text(options.compress ? " compressor=\"vtkZLibDataCompressor\"" : "")
       .text(">\n<UnstructuredGrid>\n<FieldData>\n");
   describe(buffer, field, true, offset);
-  buffer.text("</FieldData>\n<Piece NumberOfPoints=\"").integer(mesh.vertices.size());
+  buffer.text("</FieldData>\n<Piece NumberOfPoints=\"").integer(nodes.count());
   buffer.text("\" NumberOfCells=\"").integer(tet_count).text("\">\n<CellData Scalars=\"layer\">\n");
   describe(buffer, cell_data, false, offset);
   buffer.text("</CellData>\n<Points>\n");

@@ -4,17 +4,22 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <ostream>
 #include <string>
 
 #include "slice2mesh/core/atomic_file.hpp"
 #include "slice2mesh/core/error.hpp"
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/core/plc.hpp"
+#include "slice2mesh/io/exodus.hpp"
 #include "slice2mesh/io/inp.hpp"
 #include "slice2mesh/io/medit.hpp"
 #include "slice2mesh/io/mfem.hpp"
 #include "slice2mesh/io/msh.hpp"
 #include "slice2mesh/io/plc_files.hpp"
+#include "slice2mesh/io/pvd.hpp"
 #include "slice2mesh/io/tetgen_files.hpp"
 #include "slice2mesh/io/vtu.hpp"
 #include "slice2mesh/io/write_options.hpp"
@@ -32,12 +37,34 @@ namespace detail {
 
 }  // namespace detail
 
-/// Throws FileError unless `write_mesh` knows a format for the path. Lets a program fail before the work is done.
-inline void check_mesh_path(const std::string& path) {
-  const std::string e = detail::extension(path);
-  for (const char* const known : {"vtu", "msh", "mesh", "inp", "mfem", "node", "ele"})
-    if (e == known) return;
-  detail::throw_unknown_extension(path, ".vtu, .msh, .mesh, .inp, .mfem, .node, .ele");
+/// The formats of meshes. Each is one stream, but PVD (a collection and its steps) and TetGen (two files).
+enum class MeshFormat : std::uint8_t { Vtu, Pvd, Msh, Medit, Inp, Mfem, TetgenNodes, TetgenElements, Exodus };
+
+/// The format that an extension (with or without the dot, any case) stands for, or nothing.
+[[nodiscard]] inline std::optional<MeshFormat> format_of_extension(std::string extension) {
+  if (!extension.empty() && extension[0] == '.') extension.erase(0, 1);
+  for (char& c : extension)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  if (extension == "vtu") return MeshFormat::Vtu;
+  if (extension == "pvd") return MeshFormat::Pvd;
+  if (extension == "msh") return MeshFormat::Msh;
+  if (extension == "mesh") return MeshFormat::Medit;
+  if (extension == "inp") return MeshFormat::Inp;
+  if (extension == "mfem") return MeshFormat::Mfem;
+  if (extension == "node") return MeshFormat::TetgenNodes;
+  if (extension == "ele") return MeshFormat::TetgenElements;
+  if (extension == "exo" || extension == "e") return MeshFormat::Exodus;
+  return std::nullopt;
+}
+
+/// The format of a file name. Throws FileError unless `write_mesh` knows one that this build can write. Lets a program
+/// fail before the work is done.
+inline MeshFormat check_mesh_path(const std::string& path) {
+  const std::optional<MeshFormat> format = format_of_extension(detail::extension(path));
+  if (!format) detail::throw_unknown_extension(path, ".vtu, .msh, .mesh, .inp, .mfem, .node, .ele, .pvd, .exo, .e");
+  if (*format == MeshFormat::Exodus && !kHasExodus)
+    throw FileError(Stage::Write, path, "this build cannot write Exodus II, which needs netCDF");
+  return *format;
 }
 
 /// Throws FileError unless `write_plc` knows a format for the path.
@@ -48,26 +75,35 @@ inline void check_plc_path(const std::string& path) {
   detail::throw_unknown_extension(path, ".off, .obj, .ply, .stl, .poly");
 }
 
-/// Write a mesh, whole or not at all; the format follows from the extension (any case): .vtu (VTK), .msh (Gmsh 4.1),
-/// .mesh (MEDIT), .inp (Abaqus, CalculiX), .mfem (MFEM), .node or .ele (TetGen, both are written). See the writers of
-/// the formats for what they keep. The same mesh and options give the same bytes. Errors: FileError (unknown extension,
-/// naming the known ones; the file cannot be written), Error (Stage::Write) for a mesh whose arrays do not fit together
-/// or that has a coordinate that is not finite. Cost: linear.
+/// Write a mesh to a stream. Errors: OptionError for Pvd, which is not one stream (see `write_pvd_frame`); those of the
+/// format. The state of the stream tells whether everything was taken. Cost: linear.
+inline void write_mesh(std::ostream& out, MeshFormat format, const Mesh& mesh, const WriteOptions& options = {}) {
+  switch (format) {
+    case MeshFormat::Vtu: return write_vtu(out, mesh, options);
+    case MeshFormat::Pvd: throw OptionError("format", "PVD is a collection of files and cannot be one stream");
+    case MeshFormat::Msh: return write_msh(out, mesh, options);
+    case MeshFormat::Medit: return write_medit(out, mesh, options);
+    case MeshFormat::Inp: return write_inp(out, mesh, options);
+    case MeshFormat::Mfem: return write_mfem(out, mesh, options);
+    case MeshFormat::TetgenNodes: return write_tetgen_nodes(out, mesh);
+    case MeshFormat::TetgenElements: return write_tetgen_elements(out, mesh);
+    case MeshFormat::Exodus: return write_exodus(out, mesh, options);
+  }
+  throw OptionError("format", "is not one of the formats");
+}
+
+/// Write a mesh, whole or not at all; the format follows from the extension (any case): .vtu (VTK), .pvd (the growing
+/// domains, see `write_pvd`), .msh (Gmsh 4.1), .mesh (MEDIT), .inp (Abaqus, CalculiX; with `inp_steps` the steps as
+/// well), .mfem (MFEM), .node or .ele (TetGen, both are written), .exo or .e (Exodus II, where the build has netCDF).
+/// See the writers of the formats for what they keep. The same mesh and options give the same bytes. Errors: FileError
+/// (unknown extension, naming the known ones; the file cannot be written), OptionError, Error (Stage::Write) for a mesh
+/// whose arrays do not fit together or that has a coordinate that is not finite. Cost: linear, but for PVD.
 inline void write_mesh(const std::string& path, const Mesh& mesh, const WriteOptions& options = {}) {
-  check_mesh_path(path);
-  const std::string e = detail::extension(path);
-  if (e == "vtu")
-    write_vtu(path, mesh, options);
-  else if (e == "msh")
-    write_msh(path, mesh, options);
-  else if (e == "mesh")
-    write_medit(path, mesh, options);
-  else if (e == "inp")
-    write_inp(path, mesh, options);
-  else if (e == "mfem")
-    write_mfem(path, mesh, options);
-  else
-    write_tetgen(path, mesh);
+  const MeshFormat format = check_mesh_path(path);
+  if (format == MeshFormat::Pvd) return write_pvd(path, mesh, options);
+  if (format == MeshFormat::TetgenNodes || format == MeshFormat::TetgenElements) return write_tetgen(path, mesh);
+  if (format == MeshFormat::Inp && options.inp_steps) return write_inp_job(path, mesh, *options.inp_steps, options);
+  write_file_atomically(path, Stage::Write, [&](std::ostream& out) { write_mesh(out, format, mesh, options); });
 }
 
 /// Write a PLC, whole or not at all; the format follows from the extension (any case): .off, .obj, .ply,
