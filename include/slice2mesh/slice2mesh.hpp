@@ -16,4 +16,7 @@
 #include "slice2mesh/plc/verify_plc.hpp"
 #include "slice2mesh/quality/format_quality.hpp"
 #include "slice2mesh/quality/quality_svg.hpp"
+#include "slice2mesh/tet/axioms.hpp"
+#include "slice2mesh/tet/external_model.hpp"
+#include "slice2mesh/tet/tetrahedralizer.hpp"
 #include "slice2mesh/version.hpp"

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,7 +23,9 @@
 #include "slice2mesh/quality/quality.hpp"
 #include "slice2mesh/regions/regions.hpp"
 #include "slice2mesh/regions/slabs.hpp"
+#include "slice2mesh/tet/axioms.hpp"
 #include "slice2mesh/tet/slab_filler.hpp"
+#include "slice2mesh/tet/tetrahedralizer.hpp"
 #include "slice2mesh/triangulate/plane_stack.hpp"
 
 namespace slice2mesh {
@@ -37,6 +41,8 @@ struct Report {
   Certificate certificate;
   QualityReport quality;
   std::vector<std::pair<Stage, double>> seconds;  ///< wall-clock time per stage
+  std::string tetrahedralizer = "slab";           ///< name of the model that filled the complex
+  std::optional<LayerReport> layers;              ///< of models that do not keep the facets of the complex as they are
 };
 
 /// Everything a run gives.
@@ -84,17 +90,35 @@ inline void check_options(const Options& options) {
   if (!(options.budget.time_limit >= 0)) throw OptionError("budget.time_limit", "must be 0 or more");
 }
 
+/// The axioms that were checked, as a certificate.
+[[nodiscard]] inline Certificate certificate_of(const AxiomReport& axioms, const Mesh& mesh, const Plc& plc) {
+  Certificate certificate;
+  for (const Axiom& axiom : axioms.axioms)
+    certificate.checks.push_back({axiom.name, axiom.status != AxiomStatus::Failed,
+                                  (axiom.status == AxiomStatus::NotPromised ? "not promised: " : "") + axiom.detail});
+  certificate.volume = axioms.layers.volume;
+  certificate.expected_volume = axioms.layers.exact_volume;
+  certificate.tets = static_cast<std::int64_t>(mesh.tets.size());
+  certificate.vertices = static_cast<std::int64_t>(mesh.vertices.size());
+  certificate.facets = static_cast<std::int64_t>(plc.facets.size());
+  return certificate;
+}
+
 }  // namespace detail
 
-/// From slices to a certified mesh with the default stages: make_slabs, build_regions, harmonize, triangulate_planes,
-/// build_plc, SlabFiller, certify, measure_quality. Each may be called on its own; the chain gives the identical
-/// result.
+/// From slices to a mesh with a tetrahedralizer of choice: make_slabs, build_regions, harmonize, triangulate_planes,
+/// build_plc, `model`, measure_quality. Each may be called on its own; the chain gives the identical result.
 ///
-/// A certificate that does not hold is not an error: look at `report.certificate`.
-/// Errors: OptionError, GeometryError, TetrahedralizationError, BudgetError, Cancelled.
-/// Cost: about linear in the result; see docs/pipeline.md.
-[[nodiscard]] inline Result slice_to_mesh(const SliceStack& stack, const Options& options = {}) {
+/// A model that fills slabs from their planes (its traits: needs_conforming_plc) gets planes from which slivers have
+/// been removed. If it keeps the facets exactly the mesh is certified; for any other model the certificate holds the
+/// axioms that its traits promise (tet/axioms.hpp), and `report.layers` says what became of the layers. A certificate
+/// that does not hold is not an error: look at `report.certificate`.
+/// Errors: OptionError, GeometryError, TetrahedralizationError, BudgetError, Cancelled; what the model throws.
+/// Cost: about linear in the result, apart from the model; see docs/pipeline.md.
+[[nodiscard]] inline Result slice_to_mesh(const SliceStack& stack, const Options& options,
+                                          const AnyTetrahedralizer& model) {
   detail::check_options(options);
+  const TetrahedralizerTraits traits = model.traits();
   Result result;
   Report& report = result.report;
   detail::StageClock clock(report, options);
@@ -110,16 +134,23 @@ inline void check_options(const Options& options) {
   const Contours contours = harmonize(regions, harmonize_options, result.diagnostics, progress);
   clock.done(Stage::Harmonize);
   PlaneStack planes = triangulate_planes(contours, sizes, options.budget, progress);
-  improve_planes(contours, planes, options.improve, sizes, progress);
+  if (traits.needs_conforming_plc) improve_planes(contours, planes, options.improve, sizes, progress);
   clock.done(Stage::Triangulate);
   result.plc = build_plc(contours, planes.meshes, planes.slab_planes);
   clock.done(Stage::Plc);
-  SlabFiller filler;
-  filler.progress = progress;
-  filler.max_tets = options.budget.max_tets;
-  result.mesh = filler(result.plc);
+  result.mesh = model.with_progress(progress)(result.plc);
+  slice2mesh::report(progress, Stage::Tetrahedralize, 1);
+  if (options.budget.max_tets > 0 && static_cast<std::int64_t>(result.mesh.tets.size()) > options.budget.max_tets)
+    throw BudgetError(Stage::Tetrahedralize, "the mesh needs more tets than max_tets");
   clock.done(Stage::Tetrahedralize);
-  report.certificate = certify(result.mesh, result.plc);
+  if (traits.facets == FacetKeeping::Exactly) {
+    report.certificate = certify(result.mesh, result.plc);
+  } else {
+    const AxiomReport axioms = check_axioms(result.mesh, result.plc, traits);
+    report.certificate = detail::certificate_of(axioms, result.mesh, result.plc);
+    report.layers = axioms.layers;
+  }
+  report.tetrahedralizer = traits.name;
   clock.done(Stage::Certify);
   QualityOptions quality_options;
   quality_options.metric_l = sizes.size;
@@ -134,6 +165,13 @@ inline void check_options(const Options& options) {
   report.deviation = contours.deviation;
   for (const double d : report.deviation) report.max_deviation = std::max(report.max_deviation, d);
   return result;
+}
+
+/// The same with the default tetrahedralizer, the slab filler. Errors and cost as above.
+[[nodiscard]] inline Result slice_to_mesh(const SliceStack& stack, const Options& options = {}) {
+  SlabFiller filler;
+  filler.max_tets = options.budget.max_tets;
+  return slice_to_mesh(stack, options, filler);
 }
 
 }  // namespace slice2mesh
