@@ -10,6 +10,8 @@
 #include "slice2mesh/fem/activation.hpp"
 #include "slice2mesh/fem/boundary_sets.hpp"
 #include "slice2mesh/fem/eigen_views.hpp"
+#include "slice2mesh/fem/estimates.hpp"
+#include "slice2mesh/fem/quadratic.hpp"
 #include "slice2mesh/io/write_mesh.hpp"
 #include "slice2mesh/pipeline/options.hpp"
 #include "slice2mesh/pipeline/slice_to_mesh.hpp"

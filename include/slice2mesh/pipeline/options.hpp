@@ -50,6 +50,17 @@ struct ThickenOptions {
       0.01;  ///< Douglas-Peucker tolerance on the line, as a share of the radius, >= 0 (the paper's value)
 };
 
+/// What a base plate follows: the box around the whole part, or the first slice without its holes.
+enum class BasePlateShape : std::uint8_t { Box, Offset };
+
+/// A plate under the part.
+struct BasePlateOptions {
+  Length thickness = Length::mm(0);    ///< 0: no plate
+  Length margin = Length::layers(10);  ///< how far it reaches beyond the part, at least 2 eps and above 0
+  BasePlateShape shape = BasePlateShape::Box;
+  std::int32_t slabs = 0;  ///< slabs of equal height that it is made of; 0: higher ones the deeper they lie
+};
+
 /// Horizontal element size.
 struct SizeOptions {
   /// Target edge length in the interior. 0: twice the layer thickness, or more (up to `coarsest`) where that would give
@@ -78,9 +89,11 @@ struct Budget {
 struct Options {
   SlabOptions slabs;
   ThickenOptions supports;
+  BasePlateOptions plate;
   Length eps = Length::layers(0.1);  ///< tolerance of harmonization; 0: exact mode of the paper
   SizeOptions size;
   ImproveOptions improve;
+  bool finer_slices = true;  ///< estimate the volume loss of bundles from all their slices, which have to be united
   Budget budget;
   Progress progress;
 };

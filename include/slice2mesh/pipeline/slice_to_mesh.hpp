@@ -15,12 +15,15 @@
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/core/plc.hpp"
 #include "slice2mesh/core/slice_stack.hpp"
+#include "slice2mesh/fem/estimates.hpp"
 #include "slice2mesh/harmonize/harmonize.hpp"
 #include "slice2mesh/improve/improve.hpp"
 #include "slice2mesh/pipeline/options.hpp"
 #include "slice2mesh/plc/build_plc.hpp"
 #include "slice2mesh/quality/certificate.hpp"
 #include "slice2mesh/quality/quality.hpp"
+#include "slice2mesh/regions/base_plate.hpp"
+#include "slice2mesh/regions/finer_slices.hpp"
 #include "slice2mesh/regions/regions.hpp"
 #include "slice2mesh/regions/slabs.hpp"
 #include "slice2mesh/tet/axioms.hpp"
@@ -40,6 +43,7 @@ struct Report {
   double max_deviation = 0;
   Certificate certificate;
   QualityReport quality;
+  SlicingEstimates estimates;                     ///< staircase error, volume loss; of the complex
   std::vector<std::pair<Stage, double>> seconds;  ///< wall-clock time per stage
   std::string tetrahedralizer = "slab";           ///< name of the model that filled the complex
   std::optional<LayerReport> layers;              ///< of models that do not keep the facets of the complex as they are
@@ -90,6 +94,13 @@ inline void check_options(const Options& options) {
   if (!(options.budget.time_limit >= 0)) throw OptionError("budget.time_limit", "must be 0 or more");
 }
 
+/// The contour of a plate must not come so near to that of the part that harmonization takes them for one.
+inline void check_plate(const Options& options, const SlabPlan& plan) {
+  if (options.plate.thickness.value > 0 &&
+      !(options.plate.margin.in_mm(plan.thickness) >= 2 * options.eps.in_mm(plan.thickness)))
+    throw OptionError("plate.margin", "must be at least twice eps");
+}
+
 /// The axioms that were checked, as a certificate.
 [[nodiscard]] inline Certificate certificate_of(const AxiomReport& axioms, const Mesh& mesh, const Plc& plc) {
   Certificate certificate;
@@ -106,8 +117,9 @@ inline void check_options(const Options& options) {
 
 }  // namespace detail
 
-/// From slices to a mesh with a tetrahedralizer of choice: make_slabs, build_regions, harmonize, triangulate_planes,
-/// build_plc, `model`, measure_quality. Each may be called on its own; the chain gives the identical result.
+/// From slices to a mesh with a tetrahedralizer of choice: make_slabs, build_regions_on_plate, harmonize,
+/// triangulate_planes, build_plc, `model`, measure_quality, estimate_slicing. Each may be called on its own; the chain
+/// gives the identical result.
 ///
 /// A model that fills slabs from their planes (its traits: needs_conforming_plc) gets planes from which slivers have
 /// been removed. If it keeps the facets exactly the mesh is certified; for any other model the certificate holds the
@@ -125,7 +137,9 @@ inline void check_options(const Options& options) {
   const Progress progress = clock.watched();
 
   const SlabPlan plan = make_slabs(stack, options.slabs, result.diagnostics);
-  const LayerRegions regions = build_regions(stack, plan, options.supports, result.diagnostics, progress);
+  const LayerRegions regions =
+      build_regions_on_plate(stack, plan, options.supports, options.plate, result.diagnostics, progress);
+  detail::check_plate(options, plan);
   const PlaneSizes sizes = resolve_sizes(options.size, regions);
   clock.done(Stage::Regions);
   HarmonizeOptions harmonize_options;
@@ -157,6 +171,11 @@ inline void check_options(const Options& options) {
   quality_options.metric_h = plan.thickness;
   report.quality = measure_quality(result.mesh, quality_options);
   clock.done(Stage::Quality);
+
+  report.estimates =
+      estimate_slicing(result.plc, options.finer_slices ? finer_slices(stack, plan, options.slabs, progress)
+                                                        : std::vector<FinerSlice>());
+  clock.done(Stage::Fem);
 
   report.z_convention = plan.convention;
   report.thickness = plan.thickness;
