@@ -27,6 +27,7 @@
 #include <cstdint>
 #include <exception>
 #include <map>
+#include <new>
 #include <string>
 #include <unordered_map>
 #include <utility>
@@ -51,8 +52,8 @@ struct Mesh3Options {
   double facet_angle = 25;    ///< degrees, of surface triangles, 0 to 30 (with more it need not end)
   double radius_edge = 2;     ///< largest ratio of circumradius to shortest edge of a tet, at least 2 to be sure to end
   double feature_angle = 60;  ///< degrees between the normals of facets, from which on their edge is a feature
-  bool perturb = false;       ///< move vertices of slivers
-  bool exude = false;         ///< change weights of vertices of slivers
+  bool perturb = true;        ///< move vertices of slivers
+  bool exude = true;          ///< change weights of vertices of slivers
 };
 
 namespace detail {
