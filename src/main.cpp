@@ -152,6 +152,19 @@ void add_meshing_options(CLI::App& app, slice2mesh::Options& options) {
              "Tolerance of the simplification of a line, in radii")
       ->group(supports);
 
+  using slice2mesh::BasePlateShape;
+  const std::string plate = "Base plate";
+  add_length(app, "--plate-thickness", options.plate.thickness, "Thickness of a plate under the part; 0: none")
+      ->group(plate);
+  add_length(app, "--plate-margin", options.plate.margin, "How far the plate reaches beyond the part")->group(plate);
+  add_choice<BasePlateShape>(app, "--plate-shape", options.plate.shape,
+                             {{"box", BasePlateShape::Box}, {"offset", BasePlateShape::Offset}},
+                             "Box around the part, or what is within the margin of its first slice")
+      ->group(plate);
+  add_count(app, "--plate-slabs", options.plate.slabs,
+            "Slabs of equal height that the plate is made of; 0: higher ones the deeper they lie")
+      ->group(plate);
+
   const std::string elements = "Elements";
   add_length(app, "--eps", options.eps,
              "A layer differs from the one below only where the difference is at least this wide; 0: exact")
@@ -172,10 +185,56 @@ void add_meshing_options(CLI::App& app, slice2mesh::Options& options) {
   add_number(app, "--improve-work", options.improve.most_work, "The rounds end when so many elements were filled again")
       ->group(elements);
 
+  app.add_flag_callback(
+      "--no-finer-slices", [&options] { options.finer_slices = false; },
+      "Do not measure what bundles (--lump) lose against all their slices");
+
   const std::string limits = "Limits (0: none)";
   add_count(app, "--max-vertices", options.budget.max_vertices, "Vertices of the mesh")->group(limits);
   add_count(app, "--max-tets", options.budget.max_tets, "Elements of the mesh")->group(limits);
   add_number(app, "--time-limit", options.budget.time_limit, "Seconds of wall-clock time")->group(limits);
+}
+
+void add_format_options(CLI::App& app, slice2mesh::WriteOptions& write) {
+  const std::string formats = "Formats";
+  app.add_flag("--quadratic", write.quadratic, "Elements of ten nodes (VTU, PVD, MSH, INP, Exodus)")->group(formats);
+  app.add_flag("--binary", write.binary, "Write MSH files binary instead of as text")->group(formats);
+  app.add_flag("--compress", write.compress, "Compress VTU files (where the program was built with zlib)")
+      ->group(formats);
+  app.add_flag("--mfem-names", write.mfem_names, "Write MFEM files with named sets (version 1.3)")->group(formats);
+  app.add_flag_callback(
+         "--no-interfaces", [&write] { write.interfaces = false; },
+         "Leave out the inner faces between part, supports and plate, which some programs refuse (deal.II)")
+      ->group(formats);
+  app.add_flag_callback(
+         "--no-surfaces", [&write] { write.surfaces = false; }, "Leave out all sets of faces")
+      ->group(formats);
+  app.add_flag("--layer-faces", write.layer_faces, "Write the faces that each layer covers and newly exposes")
+      ->group(formats);
+  add_number(app, "--time-per-layer", write.time_per_layer,
+             "Seconds from layer to layer: activation times in VTU, PVD and Exodus, steps of INP; 0: not given")
+      ->group(formats);
+}
+
+void add_step_options(CLI::App& app, bool& wanted, slice2mesh::InpStepOptions& steps) {
+  const std::string group = "Steps of INP files (mm, s, K, t, mW)";
+  app.add_flag("--steps", wanted, "Write, with every x.inp, x_steps.inp: a thermal job that adds layer after layer")
+      ->group(group);
+  add_number(app, "--first-increment", steps.first_increment, "First increment of a step, as a share of it")
+      ->group(group);
+  add_number(app, "--conductivity", steps.conductivity, "Conductivity")->group(group);
+  add_number(app, "--density", steps.density, "Density")->group(group);
+  add_number(app, "--specific-heat", steps.specific_heat, "Specific heat")->group(group);
+  add_number(app, "--initial-temperature", steps.initial_temperature, "Temperature of a layer when it comes to life")
+      ->group(group);
+  add_number(app, "--film", steps.film_coefficient, "Film coefficient of the exposed surface")->group(group);
+  add_number(app, "--sink-temperature", steps.sink_temperature, "Temperature of the surroundings")->group(group);
+  add_parsed(app, "--base-temperature", steps.base_temperature, parse_number, "NUMBER",
+             "Temperature at which the bottom is held", "free")
+      ->group(group);
+  add_parsed(app, "--plate-temperature", steps.plate_temperature, parse_number, "NUMBER",
+             "Temperature of the base plate at the beginning", "that of the surroundings")
+      ->group(group);
 }
 
 // Errors are printed in one place, here, once.
@@ -202,21 +261,25 @@ int run(int argc, char** argv) {
 
   MeshJob job;
   app.add_option("file", job.input, "Slice file (CLI, text or binary)")->type_name("FILE");
-  app.add_option("-o,--output", job.outputs,
-                 "Mesh to write, format by extension (.vtu, .msh, .mesh, .inp, .mfem, .node, .ele); repeatable")
+  app.add_option(
+         "-o,--output", job.outputs,
+         "Mesh to write, format by extension (.vtu, .pvd, .msh, .mesh, .inp, .mfem, .node, .ele, and .exo or .e "
+         "where the program was built with netCDF); repeatable")
       ->type_name("FILE")
       ->allow_extra_args(false);
   app.add_option("--plc", job.plc,
                  "Piecewise linear complex to write, format by extension (.off, .obj, .ply, .stl, .poly)")
       ->type_name("FILE");
   app.add_flag("--plc-skin", job.plc_skin, "Write the outer skin of the complex alone");
-  app.add_flag("--binary", job.write.binary, "Write MSH files binary instead of as text");
-  app.add_flag("--compress", job.write.compress, "Compress VTU files (where the program was built with zlib)");
   app.add_option("--report", job.report, "Report to write as JSON")->type_name("FILE");
   app.add_option("--quality-svg", job.quality_svg, "Picture of the element quality to write as SVG")->type_name("FILE");
   app.add_flag("-q,--quiet", job.quiet, "No log and no progress on the standard error stream");
   add_reading_options(app, job.read, job.options.slabs);
   add_meshing_options(app, job.options);
+  bool with_steps = false;
+  slice2mesh::InpStepOptions steps;
+  add_format_options(app, job.write);
+  add_step_options(app, with_steps, steps);
 
   std::string info_file;
   slice2mesh::CliReadOptions info_read;
@@ -233,6 +296,10 @@ int run(int argc, char** argv) {
       return print_info(info_file, info_read, info_slabs);
     }
     if (job.input.empty()) throw CLI::RequiredError("file");
+    if (with_steps) {
+      if (job.write.time_per_layer > 0) steps.time_per_layer = job.write.time_per_layer;
+      job.write.inp_steps = steps;
+    }
     return mesh_file(job);
   } catch (const CLI::Success& help_or_version) {
     return app.exit(help_or_version);

@@ -31,6 +31,13 @@ void print_report(const slice2mesh::Result& result) {
   print_line(stdout, "size", short_text(report.size) + " mm");
   print_line(stdout, "eps", short_text(report.eps) + " mm");
   print_line(stdout, "largest deviation", short_text(report.max_deviation) + " mm");
+  const slice2mesh::SlicingEstimates& estimates = report.estimates;
+  const auto share = [&estimates](double volume) {
+    const std::string percent = estimates.volume > 0 ? short_text(100 * volume / estimates.volume) : "-";
+    return short_text(volume) + " mm^3 (" + percent + " % of the part)";
+  };
+  print_line(stdout, "staircase error", share(estimates.staircase_volume));
+  print_line(stdout, "volume loss", share(estimates.volume_loss) + " against finer slices");
   std::fputs(slice2mesh::format_quality(report.quality).c_str(), stdout);
   std::fputs("\n", stdout);
   print_line(stdout, "certificate", certificate.passed() ? "passed" : "FAILED");

@@ -44,6 +44,11 @@ Json options_json(const slice2mesh::Options& options) {
         {"miter_limit", number(options.supports.miter_limit)},
         {"arc_tolerance", number(options.supports.arc_tolerance)},
         {"simplify", number(options.supports.simplify)}}},
+      {"plate",
+       {{"thickness", to_text(options.plate.thickness)},
+        {"margin", to_text(options.plate.margin)},
+        {"shape", options.plate.shape == slice2mesh::BasePlateShape::Box ? "box" : "offset"},
+        {"slabs", options.plate.slabs}}},
       {"eps", to_text(options.eps)},
       {"size",
        {{"size", to_text(options.size.size)},
@@ -54,6 +59,7 @@ Json options_json(const slice2mesh::Options& options) {
        {{"rounds", options.improve.rounds},
         {"target", number(options.improve.target)},
         {"most_work", number(options.improve.most_work)}}},
+      {"finer_slices", options.finer_slices},
       {"budget",
        {{"max_vertices", options.budget.max_vertices},
         {"max_tets", options.budget.max_tets},
@@ -69,6 +75,22 @@ Json certificate_json(const slice2mesh::Certificate& certificate) {
           {"volume", number(certificate.volume)},
           {"expected_volume", number(certificate.expected_volume)},
           {"checks", checks}};
+}
+
+Json estimates_json(const slice2mesh::SlicingEstimates& estimates) {
+  Json layers = Json::array();
+  for (const slice2mesh::LayerEstimate& layer : estimates.layers)
+    layers.push_back({{"area", number(layer.area)},
+                      {"perimeter", number(layer.perimeter)},
+                      {"step_area", number(layer.step_area)},
+                      {"cusp", number(layer.cusp)},
+                      {"staircase_volume", number(layer.staircase_volume)},
+                      {"volume_loss", number(layer.volume_loss)},
+                      {"measured", layer.measured}});
+  return {{"volume", number(estimates.volume)},
+          {"staircase_volume", number(estimates.staircase_volume)},
+          {"volume_loss", number(estimates.volume_loss)},
+          {"layers", layers}};
 }
 
 Json ratio_json(const slice2mesh::RatioFigures& figures) {
@@ -169,6 +191,7 @@ std::string report_json(const MeshJob& job, const slice2mesh::Result& result) {
       {"certificate", certificate_json(report.certificate)},
       {"mesh", mesh_json(result)},
       {"quality", quality_json(report.quality)},
+      {"estimates", estimates_json(report.estimates)},
       {"diagnostics", diagnostics_json(result.diagnostics)},
       {"seconds", seconds},
   };
