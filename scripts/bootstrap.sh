@@ -5,17 +5,22 @@
 #   bash scripts/bootstrap.sh [--tests] [--readers]
 #
 # --tests    also what the tests need
-# --readers  also programs that read our files back in the tests labelled `external` (optional, large)
+# --readers  also programs that read our files back in the tests labelled `external` (large: 160 MB to load with deal.II);
+#            those that the distribution does not have are left out
 #
 # Installs missing packages with apt-get when run as root, or through sudo where that works without a password;
 # otherwise names them and ends with code 1. SLICE2MESH_NO_INSTALL=1 never installs anything.
 set -euo pipefail
 
 packages=(g++ cmake ninja-build libcgal-dev libeigen3-dev libcli11-dev nlohmann-json3-dev)
+readers=()
 for argument in "$@"; do
   case "$argument" in
-    --tests) packages+=(catch2 zlib1g-dev libnetcdf-dev) ;;
-    --readers) packages+=(gmsh python3-vtk9 python3-meshio calculix-ccx freefem++ libdeal.ii-dev tetgen) ;;
+    --tests) packages+=(catch2 zlib1g-dev libnetcdf-dev libtet1.5-dev) ;;
+    --readers)
+      readers+=(gmsh python3-vtk9 python3-meshio python3-netcdf4 calculix-ccx freefem++ libfreefem++ libdeal.ii-dev
+        tetgen)
+      ;;
     *)
       echo "bootstrap.sh: unknown argument: $argument" >&2
       exit 1
@@ -34,10 +39,12 @@ if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
   exit 0
 fi
 
+is_missing() {
+  [ "$(dpkg-query -W -f '${Status}' "$1" 2>/dev/null || true)" != "install ok installed" ]
+}
 missing=()
-for package in "${packages[@]}"; do
-  status=$(dpkg-query -W -f '${Status}' "$package" 2>/dev/null || true)
-  if [ "$status" != "install ok installed" ]; then missing+=("$package"); fi
+for package in "${packages[@]}" ${readers[@]+"${readers[@]}"}; do
+  if is_missing "$package"; then missing+=("$package"); fi
 done
 if [ "${#missing[@]}" -eq 0 ]; then exit 0; fi
 
@@ -55,5 +62,14 @@ echo "bootstrap.sh: installing ${missing[*]}" >&2
 export DEBIAN_FRONTEND=noninteractive
 # The package lists may be old or absent; if they cannot be renewed, those that are there may still do.
 ${as_root[@]+"${as_root[@]}"} apt-get update -q </dev/null >&2 || true
+available=()
+for package in "${missing[@]}"; do
+  if [[ " ${readers[*]-} " == *" $package "* ]] && ! apt-cache show "$package" >/dev/null 2>&1; then
+    echo "bootstrap.sh: $package is not in this distribution: left out" >&2
+  else
+    available+=("$package")
+  fi
+done
+if [ "${#available[@]}" -eq 0 ]; then exit 0; fi
 ${as_root[@]+"${as_root[@]}"} env DEBIAN_FRONTEND=noninteractive \
-  apt-get install -y -q --no-install-recommends "${missing[@]}" </dev/null >&2
+  apt-get install -y -q --no-install-recommends "${available[@]}" </dev/null >&2

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""CalculiX solves a job of two layers that cool by convection, and one of ten layers runs to its end.
+"""CalculiX solves jobs of two layers that cool by convection, and jobs of ten layers run to their end; linear and quadratic.
 
 The conductivity is so high that the temperature is uniform (lumped cooling): in a step of length t it falls as
 exp(-h A t / (rho c V)) towards that of the surroundings, A and V being exposed area and volume in that step. When the
-second layer comes to life its upper nodes are at the initial temperature and the lower ones, which it shares, at that of
-the first layer; the share of the upper ones in its heat is one half.
+second layer comes to life its lower nodes, which it shares, are at the temperature of the first layer, and all others at
+the initial one. In linear elements the profile is linear from one to the other, and the share of the lower nodes in the
+heat of the layer is 1/2; in quadratic ones it is the parabola that is 1 at the bottom and 0 half way up and at the top,
+with the share 1/6.
 """
 import math
 import os
@@ -70,7 +72,6 @@ def drop(values, job):
 
 
 job = check.expected["calculix"]
-increments = solve("two_layers")
 step = job["time_per_layer"]
 capacity = job["density"] * job["specific_heat"]
 start = job["initial"] - job["sink"]
@@ -81,14 +82,28 @@ def rate(k):
 
 
 # Increments are not infinitely small: the rate is found to about 1 %. One face more or less would change it by 10 %.
-first = drop(at_time(increments, step), job)
-check.close("rate of cooling in step 1", -math.log(first / start) / step, rate(0), 0.02)
-joined = (3 * first + start) / 4
-second = drop(at_time(increments, 2 * step), job)
-check.close("rate of cooling in step 2", -math.log(second / joined) / step, rate(1), 0.02)
+for kind, share in (("linear", 1 / 2), ("quadratic", 1 / 6)):
+    increments = solve("two_" + kind)
+    first = drop(at_time(increments, step), job)
+    check.close(kind + ": rate of cooling in step 1", -math.log(first / start) / step, rate(0), 0.02)
+    joined = (first + share * first + (1 - share) * start) / 2
+    second = drop(at_time(increments, 2 * step), job)
+    check.close(kind + ": rate of cooling in step 2", -math.log(second / joined) / step, rate(1), 0.02)
 
-increments = solve("ten_layers")
-last = increments[-1]
-check.close("end of the job of ten layers", last[0], 10 * step, 1e-6)
-check.equal("nodes alive at its end", len(last[1]), check.expected["ten_layers_nodes"])
+    increments = solve("ten_" + kind)
+    last = increments[-1]
+    check.close(kind + ": end of the job of ten layers", last[0], 10 * step, 1e-6)
+    check.equal(kind + ": nodes alive at its end", len(last[1]), check.expected[f"ten_{kind}_nodes"])
+
+# The sample itself, with hole, overhang, supports and two parts: nothing is hotter than a new layer or colder than the
+# surroundings, and at the end everything is alive. Quadratic elements may overshoot where a hot layer meets a cold one.
+layers = len(check.expected["layer_volumes"]) - check.expected["plate_slabs"]
+for name, nodes, slack in (("print", "vertices", 1), ("print_quadratic", "quadratic_nodes", 200)):
+    increments = solve(name)
+    last = increments[-1]
+    check.close(name + ": end of the job", last[0], 10 * layers, 1e-6)
+    check.equal(name + ": nodes alive at its end", len(last[1]), check.expected[nodes])
+    low = min(min(values.values()) for _, values in increments)
+    high = max(max(values.values()) for _, values in increments)
+    check.equal(f"{name}: temperatures from {low} to {high} in bounds", 300 - slack <= low and high <= 1500 + slack, True)
 check.finish()

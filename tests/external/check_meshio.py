@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""meshio reads VTU, MSH (text, binary), MEDIT, INP, TetGen and OFF files, and finds the expected counts and figures."""
+"""meshio reads VTU, MSH (text, binary), MEDIT, INP, Exodus, TetGen and OFF files; quadratic ones of VTU, MSH and INP."""
 from expected import Check, skip, tet_volume, triangle_area
 
 try:
@@ -17,10 +17,10 @@ def cells(mesh, kind):
     return [(block, cell) for block, found in enumerate(mesh.cells) if found.type == kind for cell in found.data]
 
 
-def volumes_by(mesh, labels):
+def volumes_by(mesh, labels, kind="tetra"):
     sums = {}
-    for (_, cell), label in zip(cells(mesh, "tetra"), labels):
-        sums[label] = sums.get(label, 0) + tet_volume(*(mesh.points[v] for v in cell))
+    for (_, cell), label in zip(cells(mesh, kind), labels):
+        sums[label] = sums.get(label, 0) + tet_volume(*(mesh.points[v] for v in cell[:4]))
     return sums
 
 
@@ -71,6 +71,31 @@ check.equal("INP: points", len(mesh.points), expected["vertices"])
 check.equal("INP: tets", len(cells(mesh, "tetra")), expected["tets"])
 # One block of elements per layer, in their order.
 compare("INP: volume of layer", volumes_by(mesh, [block for block, _ in cells(mesh, "tetra")]), layer_volumes)
+
+# meshio keeps the nodes of quadratic tets in the order of VTK: 4 + i lies between the corners of edge i.
+EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
+for name in ("quadratic.vtu", "quadratic.msh", "quadratic.inp"):
+    mesh = meshio.read(check.path(name))
+    tets = cells(mesh, "tetra10")
+    check.equal(name + ": points", len(mesh.points), expected["quadratic_nodes"])
+    check.equal(name + ": tets", len(tets), expected["tets"])
+    tolerance = 1e-11 if name.endswith("inp") else 0  # INP: numbers of 20 characters
+    wrong = 0
+    for _, cell in tets:
+        p = mesh.points[cell]
+        wrong += sum(abs((p[a] + p[b]) / 2 - p[4 + i]).max() > tolerance for i, (a, b) in enumerate(EDGES))
+    check.equal(name + ": nodes that are not in the middle of their edge", wrong, 0)
+    if name.endswith("inp"):
+        compare(name + ": volume of layer", volumes_by(mesh, [block for block, _ in tets], "tetra10"), layer_volumes)
+
+if expected["exodus"]:
+    mesh = meshio.read(check.path("sample.exo"))
+    check.equal("Exodus: points", len(mesh.points), expected["vertices"])
+    by_block = sorted(expected["group_volumes"].values())
+    found = volumes_by(mesh, [block for block, _ in cells(mesh, "tetra")])
+    check.equal("Exodus: blocks", len(found), len(by_block))
+    for volume, wanted in zip(sorted(found.values()), by_block):
+        check.close("Exodus: volume of a block", volume, wanted, 1e-12)
 
 mesh = meshio.read(check.path("sample.ele"))
 check.equal("TetGen: points", len(mesh.points), expected["vertices"])
