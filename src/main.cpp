@@ -16,6 +16,7 @@
 #include "info.hpp"
 #include "lengths.hpp"
 #include "mesh.hpp"
+#include "mesher.hpp"
 #include "slice2mesh/core/error.hpp"
 #include "slice2mesh/version.hpp"
 
@@ -271,6 +272,20 @@ int run(int argc, char** argv) {
                  "Piecewise linear complex to write, format by extension (.off, .obj, .ply, .stl, .poly)")
       ->type_name("FILE");
   app.add_flag("--plc-skin", job.plc_skin, "Write the outer skin of the complex alone");
+  const std::string filling = "Tetrahedralizer";
+  app.add_option(
+         "--mesher", job.mesher.mesher,
+         "slab, mesh3, tetgen, cdt3 (where the program was built with them) or a command: {in} stands for the "
+         "file of the complex, {skin} for that of its outer skin, {out} for the mesh that it writes; {in:poly}, "
+         "{out:mesh} name other formats than OFF and MSH")
+      ->type_name("NAME|COMMAND")
+      ->default_str("slab")
+      ->group(filling);
+  app.add_option("--mesher-args", job.mesher.arguments,
+                 std::string("For tetgen its switches, for mesh3 words like size=0.4 (") + kMesh3Arguments +
+                     "), for a command what is appended to it")
+      ->type_name("TEXT")
+      ->group(filling);
   app.add_option("--report", job.report, "Report to write as JSON")->type_name("FILE");
   app.add_option("--quality-svg", job.quality_svg, "Picture of the element quality to write as SVG")->type_name("FILE");
   app.add_flag("-q,--quiet", job.quiet, "No log and no progress on the standard error stream");

@@ -22,6 +22,19 @@ namespace slice2mesh_program {
 
 namespace {
 
+// What a mesher that does not keep the facets of the complex has made of the layers.
+void print_layers(const std::string& name, const slice2mesh::LayerReport& layers) {
+  print_line(stdout, "tetrahedralizer", name);
+  print_line(stdout, "tets that cross",
+             std::to_string(layers.crossing) + " (" + short_text(100 * layers.crossing_share) +
+                 " %) lie in more than one layer");
+  print_line(stdout, "volume error",
+             short_text(100 * layers.volume_error) + " %, largest of a layer " +
+                 short_text(100 * layers.largest_slab_error) + " % (layer " +
+                 std::to_string(layers.largest_error_slab + 1) + ")");
+  std::fputs("\n", stdout);
+}
+
 void print_report(const slice2mesh::Result& result) {
   const slice2mesh::Report& report = result.report;
   const slice2mesh::Certificate& certificate = report.certificate;
@@ -40,6 +53,7 @@ void print_report(const slice2mesh::Result& result) {
   print_line(stdout, "volume loss", share(estimates.volume_loss) + " against finer slices");
   std::fputs(slice2mesh::format_quality(report.quality).c_str(), stdout);
   std::fputs("\n", stdout);
+  if (report.layers) print_layers(report.tetrahedralizer, *report.layers);
   print_line(stdout, "certificate", certificate.passed() ? "passed" : "FAILED");
   for (const slice2mesh::CertificateCheck& check : certificate.checks)
     std::fprintf(stdout, "  %-6s %s%s%s\n", check.passed ? "ok" : "FAILED", check.name.c_str(),
@@ -69,6 +83,11 @@ int mesh_file(const MeshJob& job) {
     std::fprintf(stderr, "[%7.2f s] %s\n", time.count(), text.c_str());
   };
 
+  MesherChoice choice = job.mesher;
+  choice.time_limit = job.options.budget.time_limit;
+  choice.max_tets = job.options.budget.max_tets;
+  const slice2mesh::AnyTetrahedralizer mesher = make_mesher(choice);
+
   slice2mesh::Diagnostics reading;
   const slice2mesh::SliceStack stack = slice2mesh::read_cli(job.input, job.read, &reading);
   log("read " + job.input + ": " + std::to_string(stack.layers.size()) + " layers");
@@ -79,7 +98,7 @@ int mesh_file(const MeshJob& job) {
     ProgressLine progress(!job.quiet);
     slice2mesh::Options options = job.options;
     options.progress = progress.callback();
-    result = slice2mesh::slice_to_mesh(stack, options);
+    result = slice2mesh::slice_to_mesh(stack, options, mesher);
   }
   log("meshed: " + std::to_string(result.mesh.tets.size()) + " tets in " + std::to_string(result.mesh.slabs.size()) +
       " slabs");

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "mesher.hpp"
 #include "slice2mesh/cli/read_cli.hpp"
 #include "slice2mesh/io/write_options.hpp"
 #include "slice2mesh/pipeline/options.hpp"
@@ -22,6 +23,7 @@ struct MeshJob {
   std::string quality_svg;           ///< picture of the element quality; empty: not wanted
   slice2mesh::CliReadOptions read;
   slice2mesh::Options options;
+  MesherChoice mesher;  ///< its limits are set from the options
   slice2mesh::WriteOptions write;
   bool quiet = false;  ///< no log, no progress
 };

@@ -172,6 +172,16 @@ Json diagnostics_json(const slice2mesh::Diagnostics& diagnostics) {
   return array;
 }
 
+Json layers_json(const slice2mesh::LayerReport& layers) {
+  return {{"crossing", layers.crossing},
+          {"crossing_share", number(layers.crossing_share)},
+          {"volume", number(layers.volume)},
+          {"exact_volume", number(layers.exact_volume)},
+          {"volume_error", number(layers.volume_error)},
+          {"slab_volume", numbers(layers.slab_volume)},
+          {"exact_slab_volume", numbers(layers.exact_slab_volume)}};
+}
+
 }  // namespace
 
 std::string report_json(const MeshJob& job, const slice2mesh::Result& result) {
@@ -188,6 +198,9 @@ std::string report_json(const MeshJob& job, const slice2mesh::Result& result) {
       {"eps", number(report.eps)},
       {"size", number(report.size)},
       {"deviation", {{"max", number(report.max_deviation)}, {"per_slab", numbers(report.deviation)}}},
+      {"tetrahedralizer",
+       {{"name", report.tetrahedralizer}, {"mesher", job.mesher.mesher}, {"arguments", job.mesher.arguments}}},
+      {"layers", report.layers ? layers_json(*report.layers) : Json(nullptr)},
       {"certificate", certificate_json(report.certificate)},
       {"mesh", mesh_json(result)},
       {"quality", quality_json(report.quality)},

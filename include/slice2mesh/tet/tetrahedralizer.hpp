@@ -211,7 +211,7 @@ public:
   template <class Model>
   [[nodiscard]] const Model* target() const noexcept {
     const auto* held = dynamic_cast<const Held<Model>*>(held_.get());
-    return held == nullptr ? nullptr : &held->model;
+    return held == nullptr ? nullptr : std::addressof(held->model);
   }
 
 private:

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: MIT
+// expect: slice2mesh: a Tetrahedralizer must be callable with a complex: Mesh operator()(const Plc&) const
+#include "slice2mesh/tet/tetrahedralizer.hpp"
+
+using namespace slice2mesh;
+
+struct Mesher {
+  Mesh run(const Plc&) const { return {}; }
+};
+
+AnyTetrahedralizer check() {
+  return Mesher{};
+}
