@@ -121,11 +121,16 @@ inline void fill_tetgen(tetgenio& in, const Plc& plc) {
 struct TetGenMesher {
   double radius_edge = 0;  ///< -q: largest ratio of circumradius to shortest edge, > 1; 0: no quality
   double min_dihedral =
-      0;                  ///< -q: smallest dihedral angle in degrees, below 90, with `radius_edge`; 0: TetGen's choice
+      0;                  ///< -q, with `radius_edge`: smallest dihedral angle in degrees, below 90; 0: TetGen's choice
   double max_volume = 0;  ///< -a: largest volume of a tet, mm^3; 0: none
-  double tolerance = 1e-13;    ///< -T: for coplanar facets, relative; 0: that of TetGen, 1e-8
+  double tolerance = 1e-13;  ///< -T: for coplanar facets, relative; 0: that of TetGen, 1e-8
+  /// -p: facets that meet at a larger angle (degrees) count as one plane. With TetGen's own 179.9 new points would be
+  /// put off contours that are nearly straight; this is nearly what the grid bends walls by.
+  double facet_angle = 179.99999;
   bool keep_boundary = false;  ///< -Y: no new points on facets
-  std::string switches;        ///< if not empty: taken instead of all these ("pq1.4/10a0.5"); p, z and Q are added
+  /// If not empty: taken instead of all these ("pq1.4/10a0.5"). Switches p, z and Q are added; p gets `facet_angle`
+  /// where it has no number.
+  std::string switches;
   bool child_process = true;
   ChildLimits limits;
   Progress progress;
@@ -155,6 +160,7 @@ struct TetGenMesher {
       check("min_dihedral", min_dihedral, min_dihedral >= 0 && min_dihedral < 90);
       check("max_volume", max_volume, max_volume >= 0);
       check("tolerance", tolerance, tolerance >= 0 && tolerance < 1);
+      check("facet_angle", facet_angle, facet_angle > 90 && facet_angle <= 180);
       text = "p";
       if (radius_edge > 0) text += "q" + number(radius_edge) + (min_dihedral > 0 ? "/" + number(min_dihedral) : "");
       if (max_volume > 0) text += "a" + number(max_volume);
@@ -164,6 +170,9 @@ struct TetGenMesher {
     // From a complex, vertices counted from 0, nothing printed.
     for (const char needed : {'p', 'z', 'Q'})
       if (text.find(needed) == std::string::npos) text += needed;
+    const std::size_t after_p = text.find('p') + 1;
+    if (after_p == text.size() || (text[after_p] != '.' && (text[after_p] < '0' || text[after_p] > '9')))
+      text.insert(after_p, detail::fixed_text(facet_angle));
     return text;
   }
 };
