@@ -133,6 +133,7 @@ inline void write_exodus(std::ostream& out, const Mesh& mesh, const WriteOptions
     block_names.push_back(detail::group_name(mesh, regions, group));
     longest = std::max(longest, block_names.back().size());
   }
+  set_names.reserve(surfaces.size());
   for (const detail::SurfaceSet& set : surfaces) set_names.push_back(set.name);
 
   detail::NetcdfInMemory file;

@@ -142,10 +142,19 @@ public:
   void commit() {
     namespace fs = std::filesystem;
     std::error_code code;
-    fs::remove_all(target_, code);
-    fs::rename(temporary_, target_, code);
+    std::error_code ignored;
+    // The old folder steps aside, and comes back if the new one cannot take its place.
+    fs::path old = temporary_;
+    old += "_old";
+    const bool replaces = fs::exists(target_, ignored);
+    if (replaces) fs::rename(target_, old, code);
+    if (!code) {
+      fs::rename(temporary_, target_, code);
+      if (code && replaces) fs::rename(old, target_, ignored);
+    }
     if (code) throw FileError(Stage::Write, target_.string(), "cannot be replaced: " + code.message());
     temporary_.clear();
+    if (replaces) fs::remove_all(old, ignored);
   }
 
 private:
