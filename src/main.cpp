@@ -180,10 +180,14 @@ void add_meshing_options(CLI::App& app, slice2mesh::Options& options) {
       ->group(elements);
   add_length(app, "--contour-size", options.size.contour_size, "Longest edge of a contour; 0: chosen from --size")
       ->group(elements);
-  add_count(app, "--improve-rounds", options.improve.rounds, "Rounds of sliver removal; 0: none")->group(elements);
-  add_number(app, "--improve-target", options.improve.target, "Elements with a worse R/3r are worked on")
+  add_count(app, "--improve-rounds", options.improve.rounds, "Rounds of improvement; 0: the raw fill")->group(elements);
+  add_number(app, "--improve-target", options.improve.target,
+             "Elements with a worse R/3r are flipped, their vertices moved")
       ->group(elements);
-  add_number(app, "--improve-work", options.improve.most_work, "The rounds end when so many elements were filled again")
+  add_number(app, "--collapse-above", options.improve.collapse_above,
+             "Vertices of elements with a worse R/3r are taken out where that gains")
+      ->group(elements);
+  add_number(app, "--improve-work", options.improve.most_work, "The rounds end when so many elements have been rated")
       ->group(elements);
 
   app.add_flag_callback(

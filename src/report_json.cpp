@@ -58,6 +58,7 @@ Json options_json(const slice2mesh::Options& options) {
       {"improve",
        {{"rounds", options.improve.rounds},
         {"target", number(options.improve.target)},
+        {"collapse_above", number(options.improve.collapse_above)},
         {"most_work", number(options.improve.most_work)}}},
       {"finer_slices", options.finer_slices},
       {"budget",

@@ -56,10 +56,11 @@ TEST_CASE("the chain of stages gives the same mesh as the one call") {
   harmonize_options.contour_size = sizes.contour_size;
   const Contours contours = harmonize(regions, harmonize_options, diagnostics);
   PlaneStack planes = triangulate_planes(contours, sizes);
-  improve_planes(contours, planes, options.improve, sizes);
-  const Plc plc = build_plc(contours, planes.meshes, planes.slab_planes);
+  Plc plc = build_plc(contours, planes.meshes, planes.slab_planes);
   CHECK(verify_plc(plc).passed());
-  const Mesh mesh = SlabFiller{}(plc);
+  Mesh mesh = SlabFiller{}(plc);
+  CHECK(improve(contours, planes, plc, mesh, options.improve));
+  CHECK(verify_plc(plc).passed());
   CHECK(mesh.vertices == result.mesh.vertices);
   CHECK(mesh.tets == result.mesh.tets);
   CHECK(mesh.tet_slab == result.mesh.tet_slab);

@@ -68,6 +68,15 @@ public:
     return segment_distance(p, segments_[segment].first, segments_[segment].second);
   }
 
+  /// The point of a segment that is nearest to p, rounded.
+  [[nodiscard]] GridPoint closest_point(std::size_t segment, const GridPoint& p) const {
+    const GridPoint &a = segments_[segment].first, &b = segments_[segment].second;
+    const double dx = double(b.x - a.x), dy = double(b.y - a.y), length2 = dx * dx + dy * dy;
+    const double t =
+        length2 > 0 ? std::clamp((double(p.x - a.x) * dx + double(p.y - a.y) * dy) / length2, 0.0, 1.0) : 0;
+    return {a.x + std::llround(t * dx), a.y + std::llround(t * dy)};
+  }
+
   static std::vector<std::pair<GridPoint, GridPoint>> segments_of(const Outline& outline) {
     std::vector<std::pair<GridPoint, GridPoint>> result;
     result.reserve(outline.edges.size());

@@ -20,6 +20,7 @@ enum class Stage : std::uint8_t {
   Triangulate,
   Plc,
   Tetrahedralize,
+  Improve,
   Certify,
   Quality,
   Fem,
@@ -37,6 +38,7 @@ enum class Stage : std::uint8_t {
     case Stage::Triangulate: return "triangulate";
     case Stage::Plc: return "plc";
     case Stage::Tetrahedralize: return "tetrahedralize";
+    case Stage::Improve: return "improve";
     case Stage::Certify: return "certify";
     case Stage::Quality: return "quality";
     case Stage::Fem: return "fem";

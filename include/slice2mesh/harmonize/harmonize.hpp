@@ -15,6 +15,7 @@
 #include "slice2mesh/arrange/segment_index.hpp"
 #include "slice2mesh/core/diagnostics.hpp"
 #include "slice2mesh/core/progress.hpp"
+#include "slice2mesh/harmonize/anticipate.hpp"
 #include "slice2mesh/harmonize/pockets.hpp"
 #include "slice2mesh/harmonize/simplify.hpp"
 #include "slice2mesh/regions/regions.hpp"
@@ -52,11 +53,14 @@ inline constexpr double kSmallestEps = 1048576;
 /// Shares of eps. What simplification and the dropped differences cost together stays below 1; the measured deviation
 /// is checked all the same.
 inline constexpr double kOpeningShare = 0.8;         // differences narrower than this go
+inline constexpr double kAheadShare = 0.75;          // contours go ahead of their slices by up to this
 inline constexpr double kSimplifyShare = 0.1;        // tolerance of simplification
 inline constexpr double kShortEdgeShare = 0.9;       // edges shorter than this are worth ...
 inline constexpr double kShortToleranceShare = 0.3;  // ... this tolerance
 inline constexpr double kSnapShare = 0.25;           // vertices this near to one below move onto it
-inline constexpr double kResolutionShare = 0.005;    // resolution of the measured deviation
+/// What simplification and merging after the opening have moved is compared with the contour below once more.
+inline constexpr int kPasses = 2;
+inline constexpr double kResolutionShare = 0.005;  // resolution of the measured deviation
 
 /// Splits edges longer than `longest` pitches evenly.
 inline void subdivide(Outline& outline, double longest) {
@@ -113,6 +117,7 @@ inline void subdivide(Outline& outline, double longest) {
     diagnostics.add(Severity::Warning, Stage::Harmonize, "eps_too_small",
                     "eps is below what can be told apart in double precision; 2^-20 of the extent is used instead");
   const double longest = options.contour_size > 0 ? options.contour_size / input.grid.pitch : HUGE_VAL;
+  detail::SlabsAhead ahead(input);
   for (std::size_t s = 0; s < input.slabs.size(); ++s) {
     report(progress, Stage::Harmonize, double(s) / double(input.slabs.size()));
     const Outline& own = input.outlines[s];
@@ -120,8 +125,8 @@ inline void subdivide(Outline& outline, double longest) {
     Outline outline;
     double deviation = 0;
     double share = 1;
-    for (int attempt = 0;; ++attempt, share *= 0.7) {
-      if (attempt == 4) {
+    for (int attempt = 0;; ++attempt, share *= 0.85) {
+      if (attempt == 8) {
         outline = own;
         deviation = 0;
         diagnostics.add(Severity::Warning, Stage::Harmonize, "not_harmonized",
@@ -129,13 +134,20 @@ inline void subdivide(Outline& outline, double longest) {
         break;
       }
       outline = detail::prepare(own, share * eps);
+      if (options.eps > 0) {
+        detail::subdivide(outline, longest);
+        const detail::SegmentIndex below(stacked ? result.outlines[s - 1] : Outline{});
+        detail::anticipate(outline, stacked ? &below : nullptr, ahead, s, share * eps * detail::kOpeningShare,
+                           share * eps * detail::kAheadShare);
+      }
       if (stacked) {
         detail::snap_vertices(outline, result.outlines[s - 1], detail::kSnapShare * share * eps);
-        outline =
-            detail::open_difference(outline, result.outlines[s - 1], static_cast<std::int32_t>(input.regions.size()),
-                                    share * eps * detail::kOpeningShare,
-                                    {detail::kSimplifyShare * share * eps, detail::kShortEdgeShare * share * eps,
-                                     detail::kShortToleranceShare * share * eps, longest});
+        const detail::SimplifyLimits limits{detail::kSimplifyShare * share * eps, detail::kShortEdgeShare * share * eps,
+                                            detail::kShortToleranceShare * share * eps, longest};
+        for (int pass = 0; pass < detail::kPasses; ++pass)
+          outline =
+              detail::open_difference(outline, result.outlines[s - 1], static_cast<std::int32_t>(input.regions.size()),
+                                      share * eps * detail::kOpeningShare, limits);
       }
       deviation = detail::deviation(outline, own, detail::kResolutionShare * eps);
       if (deviation <= eps) break;

@@ -142,31 +142,17 @@ inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, c
   outline.edges = std::move(edges);
 }
 
-/// Moves vertices of an outline onto vertices of the outline below that are nearer than `limit` (pitches), each onto
-/// the nearest, where nothing lies in the way. What both have in common then coincides exactly.
-inline void snap_vertices(Outline& outline, const Outline& below, double limit) {
-  if (outline.vertices.empty() || below.vertices.empty()) return;
-  const VertexIndex targets(below.vertices, std::max(1.0, limit * 4));
-  struct Move {
-    double length;
-    std::int32_t vertex, target;
-  };
-  std::vector<Move> moves;
-  const auto reach = std::int64_t(std::ceil(limit));
-  for (std::size_t v = 0; v < outline.vertices.size(); ++v) {
-    const GridPoint p = outline.vertices[v];
-    Move best{limit, std::int32_t(v), kNone};
-    targets.any_in_box({p.x - reach, p.y - reach}, {p.x + reach, p.y + reach}, [&](std::int32_t t) {
-      const double d = distance(p, below.vertices[std::size_t(t)]);
-      if (d < best.length || (d == best.length && best.target != kNone &&
-                              below.vertices[std::size_t(t)] < below.vertices[std::size_t(best.target)]))
-        best = {d, std::int32_t(v), t};
-      return false;
-    });
-    if (best.target != kNone && best.length > 0) moves.push_back(best);
-  }
+/// A vertex of an outline and where it is to go.
+struct VertexMove {
+  double length;  ///< pitches
+  std::int32_t vertex;
+  GridPoint target;
+};
+
+/// Moves vertices, the shortest moves first, each only where nothing lies in its way; no two end up in one place.
+inline void move_vertices(Outline& outline, std::vector<VertexMove> moves) {
   if (moves.empty()) return;
-  std::sort(moves.begin(), moves.end(), [](const Move& m, const Move& n) {
+  std::sort(moves.begin(), moves.end(), [](const VertexMove& m, const VertexMove& n) {
     return m.length != n.length ? m.length < n.length : m.vertex < n.vertex;
   });
   std::vector<std::vector<std::int32_t>> neighbors(outline.vertices.size());
@@ -180,29 +166,52 @@ inline void snap_vertices(Outline& outline, const Outline& below, double limit) 
   // that has moved counts at its new place through its target, and no longer at the old one.
   std::vector<GridPoint> points = outline.vertices;
   const auto first = std::int32_t(points.size());
-  for (const Move& m : moves) points.push_back(below.vertices[std::size_t(m.target)]);
+  for (const VertexMove& m : moves) points.push_back(m.target);
   const VertexIndex index(points, std::max(1.0, total / double(outline.edges.size())));
   std::vector<char> present(points.size(), 0);
-  std::fill(present.begin(), present.begin() + first, 1);
+  for (std::size_t v = 0; v < outline.vertices.size(); ++v) present[v] = !neighbors[v].empty();
   std::vector<std::int32_t> at(outline.vertices.size());  // index into points where a vertex is now
   for (std::size_t v = 0; v < at.size(); ++v) at[v] = std::int32_t(v);
-  std::vector<char> taken(below.vertices.size(), 0);
   for (std::size_t k = 0; k < moves.size(); ++k) {
-    const Move& m = moves[k];
-    if (taken[std::size_t(m.target)]) continue;
+    const VertexMove& m = moves[k];
     const std::int32_t to = first + std::int32_t(k);
-    bool possible = true;
-    for (const std::int32_t x : neighbors[std::size_t(m.vertex)]) {
-      possible = possible && triangle_is_empty(index, points, at[std::size_t(m.vertex)], to, at[std::size_t(x)],
-                                               [&](std::int32_t y) { return !present[std::size_t(y)]; });
-    }
+    const auto absent = [&](std::int32_t y) { return !present[std::size_t(y)]; };
+    bool possible = !neighbors[std::size_t(m.vertex)].empty();
+    for (const std::int32_t x : neighbors[std::size_t(m.vertex)])
+      possible =
+          possible && triangle_is_empty(index, points, at[std::size_t(m.vertex)], to, at[std::size_t(x)], absent);
     if (!possible) continue;
     present[std::size_t(at[std::size_t(m.vertex)])] = 0;
     present[std::size_t(to)] = 1;
     at[std::size_t(m.vertex)] = to;
-    taken[std::size_t(m.target)] = 1;
   }
   for (std::size_t v = 0; v < at.size(); ++v) outline.vertices[v] = points[std::size_t(at[v])];
+}
+
+/// Moves vertices of an outline onto vertices of the outline below that are nearer than `limit` (pitches), each onto
+/// the nearest, where nothing lies in the way. What both have in common then coincides exactly.
+inline void snap_vertices(Outline& outline, const Outline& below, double limit) {
+  if (outline.vertices.empty() || below.vertices.empty()) return;
+  const VertexIndex targets(below.vertices, std::max(1.0, limit * 4));
+  std::vector<VertexMove> moves;
+  const auto reach = std::int64_t(std::ceil(limit));
+  for (std::size_t v = 0; v < outline.vertices.size(); ++v) {
+    const GridPoint p = outline.vertices[v];
+    double nearest = limit;
+    std::int32_t target = kNone;
+    targets.any_in_box({p.x - reach, p.y - reach}, {p.x + reach, p.y + reach}, [&](std::int32_t t) {
+      const double d = distance(p, below.vertices[std::size_t(t)]);
+      if (d < nearest ||
+          (d == nearest && target != kNone && below.vertices[std::size_t(t)] < below.vertices[std::size_t(target)])) {
+        nearest = d;
+        target = t;
+      }
+      return false;
+    });
+    if (target != kNone && nearest > 0)
+      moves.push_back({nearest, std::int32_t(v), below.vertices[std::size_t(target)]});
+  }
+  move_vertices(outline, std::move(moves));
 }
 
 }  // namespace slice2mesh::detail

@@ -51,8 +51,9 @@ struct OutlinePiece {
 };
 
 /// Joins pieces of the same parent with the same regions over vertices that nothing else uses, so that edges which were
-/// split on the way are whole again.
-inline std::vector<OutlinePiece> join_pieces(const std::vector<OutlinePiece>& pieces, std::size_t vertices) {
+/// split on the way are whole again. `keep` (#V): vertices that stay.
+inline std::vector<OutlinePiece> join_pieces(const std::vector<OutlinePiece>& pieces, const std::vector<char>& keep) {
+  const std::size_t vertices = keep.size();
   std::vector<std::array<std::int32_t, 2>> at(vertices, {kNone, kNone});
   std::vector<std::int32_t> degree(vertices, 0);
   for (std::size_t p = 0; p < pieces.size(); ++p)
@@ -61,7 +62,7 @@ inline std::vector<OutlinePiece> join_pieces(const std::vector<OutlinePiece>& pi
       if (d < 2) at[std::size_t(v)][std::size_t(d)] = std::int32_t(p);
     }
   const auto passes = [&](std::int32_t v) {
-    if (degree[std::size_t(v)] != 2) return false;
+    if (degree[std::size_t(v)] != 2 || keep[std::size_t(v)]) return false;
     const OutlinePiece &p = pieces[std::size_t(at[std::size_t(v)][0])], &q = pieces[std::size_t(at[std::size_t(v)][1])];
     if (p.parent != q.parent || p.parent == kNone) return false;
     const bool same_way = (p.b == v) == (q.a == v);
@@ -196,9 +197,9 @@ private:
 };
 
 /// Edges of the result below this share of the width are merged.
-inline constexpr double kMergeShare = 0.5;
+inline constexpr double kMergeShare = 0.7;
 /// The own outline is led through vertices of the one below that are within this share of the width.
-inline constexpr double kAttachShare = 0.2;
+inline constexpr double kAttachShare = 0.4;
 
 /// `below` where `own` differs from it by less than `width` (pitches), `own` elsewhere. New vertices are simplified
 /// within `limits`; vertices and edges of `below` stay as they are.
@@ -313,6 +314,12 @@ inline constexpr double kAttachShare = 0.2;
           global.push_back(v);
           local_points.push_back(points[std::size_t(v)]);
         }
+    // A frame around everything, so that no edge is on the hull: there rounded split points could not be inserted.
+    for (const std::int64_t x : {-kGridLimit, kGridLimit})
+      for (const std::int64_t y : {-kGridLimit, kGridLimit}) {
+        local_points.push_back({x, y});
+        global.push_back(kNone);
+      }
     Cdt cdt;
     std::vector<Cdt::Vertex_handle> handle = insert_points(cdt, local_points);
     std::unordered_map<std::uint64_t, std::int32_t> sub_of;
@@ -501,18 +508,21 @@ inline constexpr double kAttachShare = 0.2;
   outline.vertices = std::move(points);
   std::vector<Bond> bond(outline.vertices.size(), Bond::Free);
   std::vector<char> old_edge;
-  for (const OutlinePiece& p : join_pieces(pieces, outline.vertices.size())) {
+  // Vertices of the outline below stay, also where an edge of the own one has been led through them.
+  std::vector<char> at_below(outline.vertices.size(), 0);
+  {
+    std::vector<GridPoint> old_vertices = below.vertices;
+    std::sort(old_vertices.begin(), old_vertices.end());
+    for (std::size_t v = 0; v < at_below.size(); ++v)
+      at_below[v] = std::binary_search(old_vertices.begin(), old_vertices.end(), outline.vertices[v]);
+  }
+  for (const OutlinePiece& p : join_pieces(pieces, at_below)) {
     outline.edges.push_back({p.a, p.b, p.left, p.right});
     old_edge.push_back(p.parent != kNone && p.parent < below_edges);
     if (old_edge.back()) bond[std::size_t(p.a)] = bond[std::size_t(p.b)] = Bond::OnEdge;
   }
-  {
-    std::vector<GridPoint> old_vertices = below.vertices;
-    std::sort(old_vertices.begin(), old_vertices.end());
-    for (std::size_t v = 0; v < bond.size(); ++v)
-      if (bond[v] == Bond::OnEdge && std::binary_search(old_vertices.begin(), old_vertices.end(), outline.vertices[v]))
-        bond[v] = Bond::OnVertex;
-  }
+  for (std::size_t v = 0; v < bond.size(); ++v)
+    if (at_below[v]) bond[v] = Bond::OnVertex;
   merge_short_edges(outline, bond, old_edge, kMergeShare * width);
   std::vector<char> fixed(outline.vertices.size(), 0);
   for (std::size_t v = 0; v < bond.size(); ++v) fixed[v] = bond[v] != Bond::Free;

@@ -71,11 +71,12 @@ struct SizeOptions {
   Length contour_size = Length::mm(0);   ///< longest edge of a contour; 0: chosen from `size` and the layer thickness
 };
 
-/// From planes to tetrahedra.
+/// Improvement of the elements.
 struct ImproveOptions {
-  std::int32_t rounds = 24;  ///< rounds of sliver removal, >= 0; 0 leaves the raw fill
-  double target = 4;         ///< R/3r above which a tet is worked on, >= 1
-  double most_work = 1e7;    ///< the rounds end when this many tets have been filled again
+  std::int32_t rounds = 16;   ///< >= 0; 0 leaves the raw fill
+  double target = 1.5;        ///< R/3r above which tets are flipped and their vertices moved, >= 1
+  double collapse_above = 2;  ///< R/3r above which vertices of tets are taken out where that gains, >= 1
+  double most_work = 2e8;     ///< the rounds end when so many tets have been rated, >= 0
 };
 
 /// Limits of one run; 0 means no limit.

@@ -118,11 +118,11 @@ inline void check_plate(const Options& options, const SlabPlan& plan) {
 }  // namespace detail
 
 /// From slices to a mesh with a tetrahedralizer of choice: make_slabs, build_regions_on_plate, harmonize,
-/// triangulate_planes, build_plc, `model`, measure_quality, estimate_slicing. Each may be called on its own; the chain
-/// gives the identical result.
+/// triangulate_planes, build_plc, `model`, improve, certify, measure_quality, estimate_slicing. Each may be called on
+/// its own; the chain gives the identical result.
 ///
-/// A model that fills slabs from their planes (its traits: needs_conforming_plc) gets planes from which slivers have
-/// been removed. If it keeps the facets exactly the mesh is certified; for any other model the certificate holds the
+/// If the model keeps the facets exactly, a mesh without further vertices is improved (improve/improve.hpp), and the
+/// mesh is certified; for any other model the certificate holds the
 /// axioms that its traits promise (tet/axioms.hpp), and `report.layers` says what became of the layers. A certificate
 /// that does not hold is not an error: look at `report.certificate`.
 /// Errors: OptionError, GeometryError, TetrahedralizationError, BudgetError, Cancelled; what the model throws.
@@ -148,7 +148,6 @@ inline void check_plate(const Options& options, const SlabPlan& plan) {
   const Contours contours = harmonize(regions, harmonize_options, result.diagnostics, progress);
   clock.done(Stage::Harmonize);
   PlaneStack planes = triangulate_planes(contours, sizes, options.budget, progress);
-  if (traits.needs_conforming_plc) improve_planes(contours, planes, options.improve, sizes, progress);
   clock.done(Stage::Triangulate);
   result.plc = build_plc(contours, planes.meshes, planes.slab_planes);
   clock.done(Stage::Plc);
@@ -157,6 +156,9 @@ inline void check_plate(const Options& options, const SlabPlan& plan) {
   if (options.budget.max_tets > 0 && static_cast<std::int64_t>(result.mesh.tets.size()) > options.budget.max_tets)
     throw BudgetError(Stage::Tetrahedralize, "the mesh needs more tets than max_tets");
   clock.done(Stage::Tetrahedralize);
+  if (traits.facets == FacetKeeping::Exactly)
+    improve(contours, planes, result.plc, result.mesh, options.improve, progress);
+  clock.done(Stage::Improve);
   if (traits.facets == FacetKeeping::Exactly) {
     report.certificate = certify(result.mesh, result.plc);
   } else {

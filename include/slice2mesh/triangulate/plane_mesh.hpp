@@ -74,28 +74,10 @@ public:
     if (!options_.interior.empty()) insert_interior();
     if (options_.radius_edge_ratio > 0) refine();
     if (options_.gabriel) make_gabriel();
-    options_.interior.clear();
-    options_.interior.shrink_to_fit();
   }
 
-  /// Inserts a free vertex; its index, or kNone where there is no room. Indices here are those of an extract that is
-  /// not compact.
-  [[nodiscard]] std::int32_t insert(const GridPoint& p) {
-    Cdt::Face_handle hint;
-    if (!insert_free(p, hint, 0)) return kNone;
-    return outside_index(std::int32_t(points_.size()) - 1);
-  }
-  /// Removes free vertices. Faces get their labels back with `relabel`.
-  void remove(std::int32_t vertex) {
-    const std::int32_t v = inside_index(vertex);
-    cdt_.remove(handles_[std::size_t(v)]);
-    handles_[std::size_t(v)] = nullptr;
-  }
-  /// To be called after vertices have been removed and before anything else.
-  void relabel() { label_faces(); }
-
-  /// The triangulation. Compact: without the vertices that have been removed; else all indices stay what they were.
-  [[nodiscard]] PlaneMesh extract(bool compact = true) const {
+  /// The triangulation.
+  [[nodiscard]] PlaneMesh extract() const {
     PlaneMesh mesh;
     mesh.z = plane_.z;
     for (const Cdt::Face_handle f : cdt_.finite_face_handles()) {
@@ -130,10 +112,10 @@ public:
     };
     chains(plane_.below_path, mesh.below_chain);
     chains(plane_.above_path, mesh.above_chain);
-    // Without the frame, and without removed vertices.
+    // Without the frame.
     std::vector<std::int32_t> index(points_.size(), kNone);
     for (std::size_t v = 0; v < points_.size(); ++v) {
-      if ((v >= frame_ && v < frame_ + 4) || (compact && handles_[v] == nullptr)) continue;
+      if (v >= frame_ && v < frame_ + 4) continue;
       index[v] = std::int32_t(mesh.vertices.size());
       mesh.vertices.push_back(points_[v]);
       mesh.fixed.push_back(contour_[v]);
@@ -147,8 +129,6 @@ public:
   }
 
 private:
-  [[nodiscard]] std::int32_t inside_index(std::int32_t v) const { return std::size_t(v) < frame_ ? v : v + 4; }
-  [[nodiscard]] std::int32_t outside_index(std::int32_t v) const { return std::size_t(v) < frame_ ? v : v - 4; }
   struct Sub {
     std::int32_t a, b;  // same way as the edge of the overlay
     std::int32_t edge;

@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 #include "slice2mesh/core/diagnostics.hpp"
@@ -61,9 +60,8 @@ inline constexpr double kShortestShare = 0.05;
 
 /// The triangulations of all planes, lowest first, and which planes bound each slab.
 struct PlaneStack {
-  std::vector<PlaneMesh> meshes;                              ///< #P
-  std::vector<std::array<std::int32_t, 2>> slab_planes;       ///< #S by 2
-  std::vector<std::unique_ptr<detail::PlaneMesher>> meshers;  ///< #P, behind the triangulations, for later changes
+  std::vector<PlaneMesh> meshes;                         ///< #P
+  std::vector<std::array<std::int32_t, 2>> slab_planes;  ///< #S by 2
 };
 
 /// Conforming, graded triangulations of all planes. Each is a pure function of the contours of at most four slabs.
@@ -85,9 +83,9 @@ struct PlaneStack {
     refinement.shortest = kShortestShare * contours.thickness / pitch;
     if (budget.max_vertices > 0)
       refinement.max_vertices = static_cast<std::size_t>(std::max<std::int64_t>(1, budget.max_vertices - vertices));
-    stack.meshers.push_back(std::make_unique<detail::PlaneMesher>(std::move(plane), std::move(refinement)));
-    stack.meshers.back()->run();
-    stack.meshes.push_back(stack.meshers.back()->extract());
+    detail::PlaneMesher mesher(std::move(plane), std::move(refinement));
+    mesher.run();
+    stack.meshes.push_back(mesher.extract());
     vertices += static_cast<std::int64_t>(stack.meshes.back().vertices.size());
   }
   report(progress, Stage::Triangulate, 1);

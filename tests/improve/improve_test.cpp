@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cstdint>
+#include <set>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "../plc/chain.hpp"
+#include "slice2mesh/improve/improve.hpp"
+#include "slice2mesh/plc/verify_plc.hpp"
+#include "slice2mesh/quality/certificate.hpp"
+#include "slice2mesh/quality/quality.hpp"
+#include "slice2mesh/tet/slab_filler.hpp"
+#include "test_support.hpp"
+
+using namespace slice2mesh;
+using namespace slice2mesh_test;
+
+namespace {
+
+struct Filled {
+  Chain chain;
+  PlaneStack stack;
+  Plc plc;
+  Mesh mesh;
+};
+
+Filled fill(const SliceStack& slices, const ChainOptions& options = {}) {
+  Filled filled;
+  filled.chain = run_chain(slices, options);
+  filled.stack.meshes = filled.chain.planes;
+  filled.stack.slab_planes = filled.chain.slab_planes;
+  filled.plc = filled.chain.plc();
+  filled.mesh = SlabFiller{}(filled.plc);
+  return filled;
+}
+
+bool improve(Filled& filled, const ImproveOptions& options = {}) {
+  return slice2mesh::improve(filled.chain.contours, filled.stack, filled.plc, filled.mesh, options);
+}
+
+std::string failures(const Certificate& certificate) {
+  std::string text;
+  for (const CertificateCheck& check : certificate.checks)
+    if (!check.passed) text += check.name + ": " + check.detail + "; ";
+  return text;
+}
+
+/// Where contour edges of the slabs end, on both planes of the slab.
+std::set<std::tuple<std::int32_t, std::int64_t, std::int64_t>> contour_ends(const PlaneStack& stack) {
+  std::set<std::tuple<std::int32_t, std::int64_t, std::int64_t>> ends;
+  for (std::size_t k = 0; k < stack.meshes.size(); ++k)
+    for (const auto* chains : {&stack.meshes[k].below_chain, &stack.meshes[k].above_chain})
+      for (const auto& chain : *chains)
+        for (const std::int32_t v : {chain.front(), chain.back()}) {
+          const GridPoint& p = stack.meshes[k].vertices[std::size_t(v)];
+          ends.emplace(std::int32_t(k), p.x, p.y);
+        }
+  return ends;
+}
+
+}  // namespace
+
+TEST_CASE("improvement keeps the certificate, the complex and the contours, and makes the elements better") {
+  std::vector<NamedStack> stacks = generated_stacks();
+  for (std::uint32_t seed = 1; seed <= 30; ++seed)
+    stacks.push_back({"random stack, seed " + std::to_string(seed), random_stack(seed)});
+  std::size_t better = 0;
+  for (const NamedStack& named : stacks) {
+    INFO(named.name);
+    Filled filled = fill(named.stack);
+    const QualityReport before = measure_quality(filled.mesh);
+    const auto ends = contour_ends(filled.stack);
+    REQUIRE(improve(filled));
+    const Certificate certificate = certify(filled.mesh, filled.plc);
+    INFO(failures(certificate));
+    CHECK(certificate.passed());
+    CHECK(verify_plc(filled.plc).passed());
+    CHECK(contour_ends(filled.stack) == ends);
+    const QualityReport after = measure_quality(filled.mesh);
+    CHECK(after.ratio.mean <= before.ratio.mean);
+    CHECK(after.crossing == 0);
+    if (after.ratio.worst < before.ratio.worst) ++better;
+  }
+  CHECK(better > stacks.size() / 2);
+}
+
+TEST_CASE("improvement leaves no sliver where vertices are free to move") {
+  // A block over a smaller one: interior freedom everywhere, and columns of different lattices in between.
+  Filled filled = fill(stack_of({{rectangle(0, 0, 9.3, 8.1)}, {rectangle(0.9, 0.7, 8.2, 7.4)}, {star(4.5, 4, 3, 24)}}));
+  REQUIRE(improve(filled));
+  const QualityReport report = measure_quality(filled.mesh);
+  CHECK(report.ratio.worst < 6);
+  CHECK(report.min_dihedral > 8);
+  CHECK(report.max_dihedral < 165);
+}
+
+TEST_CASE("improving twice from the same start gives the same mesh") {
+  Filled one = fill(random_stack(7)), two = fill(random_stack(7));
+  improve(one);
+  improve(two);
+  CHECK(one.mesh.vertices == two.mesh.vertices);
+  CHECK(one.mesh.tets == two.mesh.tets);
+  CHECK(one.plc.facets.size() == two.plc.facets.size());
+}
+
+TEST_CASE("no rounds, exact mode and meshes with other vertices are left as they are") {
+  Filled filled = fill(random_stack(3));
+  const auto tets = filled.mesh.tets;
+  ImproveOptions none;
+  none.rounds = 0;
+  CHECK_FALSE(improve(filled, none));
+  CHECK(filled.mesh.tets == tets);
+  filled.mesh.vertices.push_back({0, 0, 0});
+  CHECK_FALSE(improve(filled));
+  CHECK(filled.mesh.tets == tets);
+  ChainOptions exact;
+  exact.eps = 0;
+  exact.radius_edge_ratio = 0;
+  Filled conforming = fill(random_stack(3), exact);
+  CHECK_FALSE(improve(conforming));
+}
+
+TEST_CASE("the work of improvement is bounded by a count, and the mesh is valid wherever it ends") {
+  for (const double most : {0.0, 1e4, 1e5, 3e5}) {
+    Filled filled = fill(random_stack(5));
+    ImproveOptions options;
+    options.most_work = most;
+    REQUIRE(improve(filled, options));
+    const Certificate certificate = certify(filled.mesh, filled.plc);
+    INFO("most_work " << most << ": " << failures(certificate));
+    CHECK(certificate.passed());
+  }
+}
+
+TEST_CASE("improvement can be cancelled and refuses options without sense") {
+  Filled filled = fill(random_stack(2));
+  const Progress stop = [](Stage stage, double) { return stage != Stage::Improve; };
+  CHECK_THROWS_AS(slice2mesh::improve(filled.chain.contours, filled.stack, filled.plc, filled.mesh, {}, stop),
+                  Cancelled);
+  const auto option_of = [&](auto&& change) -> std::string {
+    ImproveOptions options;
+    change(options);
+    try {
+      improve(filled, options);
+    } catch (const OptionError& error) {
+      return error.option();
+    }
+    return {};
+  };
+  CHECK(option_of([](ImproveOptions& o) { o.rounds = -1; }) == "improve.rounds");
+  CHECK(option_of([](ImproveOptions& o) { o.target = 0.5; }) == "improve.target");
+  CHECK(option_of([](ImproveOptions& o) { o.collapse_above = 0; }) == "improve.collapse_above");
+  CHECK(option_of([](ImproveOptions& o) { o.most_work = -1; }) == "improve.most_work");
+}
