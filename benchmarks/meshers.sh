@@ -1,13 +1,12 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # Fills the slice files of a folder with every tetrahedralizer and prints the table of docs/tetrahedralizers.md: tets, R/3r,
-# tets that cross layers, largest error of a layer's volume, seconds of the fill and of the whole run, peak memory, or how it
-# failed.
+# tets that cross layers, largest error of a layer's volume, user seconds and peak memory of the whole run, or how it failed.
 #
 #   bash benchmarks/meshers.sh build/test/src/slice2mesh ../shared/data/reference [part of a file name ...]
 #
 # Without names: T_supported, pyramid, torus_coarse, joint, nugear_coarse. SLICE2MESH_RUN_LIMIT is the limit of one run in
-# seconds (default 120), SLICE2MESH_SUPPORT_RADIUS half the width of open lines (default 0.1). What the program was built
+# seconds of wall-clock time (default 120), SLICE2MESH_SUPPORT_RADIUS half the width of open lines (default 0.1). What the program was built
 # without, or the machine does not have, is left out and named at the end.
 set -euo pipefail
 program=$(realpath "$1")
@@ -27,7 +26,7 @@ run() {
   shift 3
   local code=0 options=(--mesher "$mesher")
   if [ -n "$arguments" ]; then options+=(--mesher-args "$arguments"); fi
-  /usr/bin/time -f '%e %M' -o "$work/time" timeout $((limit + 60)) "$program" "$file" --time-limit "$limit" \
+  /usr/bin/time -f '%U %M' -o "$work/time" timeout $((limit + 60)) "$program" "$file" --time-limit "$limit" \
     --support-radius "${SLICE2MESH_SUPPORT_RADIUS:-0.1}" "${options[@]}" "$@" >"$work/out" 2>"$work/err" || code=$?
   local whole memory
   read -r whole memory < <(tail -n 1 "$work/time")
@@ -40,19 +39,20 @@ run() {
         return
         ;;
     esac
-    printf '| %s | %s | failed: %s | | | | | %s | %d |\n' "$name" "$title" "${why:-code $code}" "$whole" $((memory / 1024))
+    printf '| %s | %s | failed: %s | | | | %s | %d |\n' "$name" "$title" "${why:-code $code}" "$whole" $((memory / 1024))
     rows=$((rows + 1))
     return
   fi
   value() { sed -n "s|^$1  *||p" "$work/out" | head -n 1; }
-  local ratio fill slab_error crossing note=''
+  local ratio slab_error crossing note=''
   ratio=$(value R/3r)
-  fill=$(sed -n 's/^ *tetrahedralize  *\([0-9.]*\) s$/\1/p' "$work/err" | head -n 1)
   crossing=$(value 'tets that cross' | sed 's/ lie in .*//')
-  slab_error=$(value 'volume error' | sed 's/.*largest of a layer \(.*\) (layer.*/\1/')
+  # What is left of rounding is not told.
+  slab_error=$(value 'volume error' | sed 's/.*largest of a layer \(.*\) % (layer.*/\1/' |
+    awk '{ if ($1 < 1e-6) print "< 1e-6 %"; else printf "%.3g %%\n", $1 }')
   if [ "$code" -eq 4 ]; then note=' (a promise does not hold)'; fi
-  printf '| %s | %s%s | %s | %s | %s | %s | %s | %s | %d |\n' "$name" "$title" "$note" "$(value tets)" \
-    "$(sed 's/mean \([^,]*\),.*worst \(.*\)/\1 \/ \2/' <<<"$ratio")" "${crossing:-0}" "${slab_error:-0 %}" "$fill" "$whole" \
+  printf '| %s | %s%s | %s | %s | %s | %s | %s | %d |\n' "$name" "$title" "$note" "$(value tets)" \
+    "$(sed 's/mean \([^,]*\),.*worst \(.*\)/\1 \/ \2/' <<<"$ratio")" "${crossing:-0 (0 %)}" "${slab_error:-< 1e-6 %}" "$whole" \
     $((memory / 1024))
   rows=$((rows + 1))
 }
@@ -64,8 +64,8 @@ has() {
 }
 gmsh_command='printf "Merge \"skin.stl\";\nSurface Loop(1) = {1};\nVolume(1) = {1};\n" >part.geo; : {skin:stl}; gmsh -3 part.geo -o {out}'
 
-echo '| file | tetrahedralizer | tets | R/3r mean / worst | tets that cross | largest error of a layer | s, fill | s, run | MiB |'
-echo '|---|---|---|---|---|---|---|---|---|'
+echo '| file | tetrahedralizer | tets | R/3r mean / worst | tets that cross | volume error of a layer | s | MiB |'
+echo '|---|---|---|---|---|---|---|---|'
 for pattern in "${names[@]}"; do
   while IFS= read -r file; do
     name=$(basename "$file" .cli)
