@@ -51,8 +51,8 @@ TEST_CASE("a child gives its bytes back, few, none or many, and changes nothing 
         })) == "done");
   CHECK(here == 1);
   CHECK(run_in_child("work", [] { return std::vector<char>(); }).bytes.empty());
-  const std::size_t many = 50'000'000;
-  const ChildResult large = run_in_child("work", [many] { return std::vector<char>(many, 'x'); });
+  constexpr std::size_t many = 50'000'000;
+  const ChildResult large = run_in_child("work", [] { return std::vector<char>(many, 'x'); });
   CHECK(large.bytes == std::vector<char>(many, 'x'));
   CHECK(large.peak_memory > static_cast<std::int64_t>(many));
 }
