@@ -5,7 +5,7 @@
 /// A mesher gives vertices and tets. Which slab and region a tet belongs to is read off its place: heights give the
 /// slab, the contours of the slab (its walls seen from above) give the region by winding numbers. Whether a place is in
 /// the part at all is decided by the outer skin alone: inner faces bound material on both sides and would be counted by
-/// a winding number of all facets (Livesu, Cabiddu, Attene 2019, section 6).
+/// a winding number of all facets (noted by Livesu, Cabiddu, Attene 2019).
 #pragma once
 
 #include <algorithm>
