@@ -1,0 +1,380 @@
+# SPDX-License-Identifier: MIT
+"""Tables of the figures of many meshes, for docs/quality.md.
+
+    python3 quality_table.py WORK PAGE
+
+WORK is what quality.sh leaves: runs.tsv (configuration, name, exit code, wall-clock, user and system seconds, KiB),
+configurations.tsv (configuration, options), <configuration>/<name>.json (the program's report), .err, and for size10h
+.node and .ele. PAGE is a Markdown file whose part between the two markers is replaced, or `-` for the standard output.
+"""
+import json
+import math
+import os
+import re
+import statistics
+import sys
+
+BEGIN = "<!-- tables of benchmarks/quality.sh: begin -->"
+END = "<!-- tables of benchmarks/quality.sh: end -->"
+
+# Goals: (must, aim).
+MEAN = (1.5, 1.35)
+P999 = (8, 5)
+WORST = (15, 6)
+ANGLES = ((4, 172), (10, 160))  # degrees
+TETS = (1.3, 1.0)  # times the raw fill
+SECONDS = (20, 5)
+
+# Causes in the report that are the part's own: an input angle below 20 degrees, a wall thinner than eps.
+FORCED = ("small_input_angle", "thin_wall")
+
+# Tets of an experimental fill without any removal of slivers (eps = 0.1h, l = 2h, no supports): the measure of mesh size.
+RAW_FILL = {
+    "T_supported": 38700,
+    "pyramid_l0.03": 56700,
+    "sphere_l0.03": 104000,
+    "nugear_coarse": 69500,
+    "anchor_0_l0.06": 31600,
+    "fandisk_l0.03_cino": 295000,
+    "joint_l0.02": 119000,
+    "anc_101_a1_l0.01": 235000,
+    "torus_coarse": 34000,
+    "CAD5_Lp_l0.13": 3350000,
+}
+
+# fTetWild, tolerance 1e-3 of the diagonal: tets, mean, worst, dihedral angles, % of tets that cross, user seconds.
+FTETWILD = {
+    "T_supported": ("15.8k", 1.68, 6.8, "9.9-156", 18.6, 11),
+    "sphere_l0.03": ("80.6k", 1.46, 8.2, "10-157", 2.2, 65),
+    "pyramid_l0.03": ("26.6k", 1.49, 6.4, "11-154", 2.0, 20),
+    "nugear_coarse": ("78.9k", 1.41, 6.5, "10-157", 7.6, 47),
+    "anchor_0_l0.06": ("42.2k", 1.38, 8.1, "9.6-156", 5.5, 34),
+    "fandisk_l0.03_cino": ("153k", 1.44, 7.8, "10-159", 6.6, 106),
+    "joint_l0.02": ("92.6k", 1.44, 7.1, "11-156", 7.5, 72),
+}
+
+# Conforming tools, worst R/3r / seconds: TetGen 1.5 -p, TetGen 1.5 -q, TetGen 1.6 -q, CDT, CGAL 6.1.
+CONFORMING = {
+    "T_supported": ("8e2 / 0.06", "6.1 / 0.3", "62 / 0.6", "2e5 / 0.1", "2e16 / 0.2"),
+    "sphere_l0.03": ("8e5 / 0.1", "49 / 3.2", "109 / 7", "6e5 / 0.1", "2e32 / 1.1"),
+    "pyramid_l0.03": ("crash", "", "72 / 1.2", "3e5 / 0.0", "5e18 / 0.3"),
+    "nugear_coarse": ("2e5 / 0.1", "1.6e3 / 1.2", "1.3e3 / 4.7", "2e5 / 0.2", "4e32 / 0.8"),
+    "anchor_0_l0.06": ("4e11 / 0.1", "2e6 / 24", "more than 9 GB", "2e11 / 0.3", "8e29 / 1.0"),
+    "fandisk_l0.03_cino": ("1e7 / 0.2", "none in 300 s", "more than 9 GB", "6e7 / 0.3", "7e28 / 2.5"),
+    "joint_l0.02": ("3e5 / 0.1", "9e4 / 5", "2e5 / 9", "2e9 / 0.3", "2e17 / 1.2"),
+    "anc_101_a1_l0.01": ("2e7 / 0.4", "none in 300 s", "none in 600 s", "1e10 / 24", "6e20 / 17"),
+    "CAD5_Lp_l0.13": ("crash", "", "none in 600 s", "7e24 / 30", "7e21 / 116"),
+    "torus_coarse": ("7e3 / 0.0", "215 / 0.2", "172 / 1.2", "7e3 / 0.0", "3e30 / 0.1"),
+}
+
+
+def short(value, digits=4):
+    """So many significant digits, without exponent where that is readable."""
+    if value is None:
+        return "infinite"
+    if value == 0:
+        return "0"
+    if abs(value) >= 1e5 or abs(value) < 1e-4:
+        return "%.2g" % value
+    text = "%.*f" % (max(0, digits - 1 - math.floor(math.log10(abs(value)))), value)
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def angles_text(angles):
+    return "-".join("%.2f" % angle if angle < 10 else "%.1f" % angle for angle in angles)
+
+
+def count(value):
+    return "{:,}".format(value)
+
+
+def grade(value, goal):
+    """0 goal missed, 1 must met, 2 aim met; for figures that should be small."""
+    if value is None:
+        return 0
+    return 2 if value <= goal[1] else 1 if value <= goal[0] else 0
+
+
+def marked(text, level):
+    return ("**%s** no" if level == 0 else "%s must" if level == 1 else "%s aim") % text
+
+
+class MetricFigures:
+    """Of a mesh in TetGen's format after scaling by 1/l, 1/l, 1/h.
+
+    angles: smallest and largest dihedral angle, degrees. wide: ascending R/3r of the tets that reach over more than l/2 in x and y, the
+    long ones that such a mesh is made for.
+    """
+
+    def __init__(self, stem, l, h):
+        with open(stem + ".node") as file:
+            points = int(file.readline().split()[0])
+            vertices = {}
+            for _ in range(points):
+                words = file.readline().split()
+                vertices[int(words[0])] = (float(words[1]) / l, float(words[2]) / l, float(words[3]) / h)
+        smallest, largest = 2.0, -2.0  # of the cosines between outer normals
+        self.wide = []
+        with open(stem + ".ele") as file:
+            tets = int(file.readline().split()[0])
+            for _ in range(tets):
+                corners = [vertices[int(word)] for word in file.readline().split()[1:5]]
+                p = corners[0]
+                a, b, c = ([corner[k] - p[k] for k in range(3)] for corner in corners[1:])
+                # Twice the areas of the three faces at p, and of the fourth: together they close.
+                n1 = (b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0])
+                n2 = (c[1] * a[2] - c[2] * a[1], c[2] * a[0] - c[0] * a[2], c[0] * a[1] - c[1] * a[0])
+                n3 = (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+                n4 = (-n1[0] - n2[0] - n3[0], -n1[1] - n2[1] - n3[1], -n1[2] - n2[2] - n3[2])
+                normals = (n1, n2, n3, n4)
+                areas = [math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) for n in normals]
+                for i in range(3):
+                    u = normals[i]
+                    for j in range(i + 1, 4):
+                        v = normals[j]
+                        cosine = (u[0] * v[0] + u[1] * v[1] + u[2] * v[2]) / (areas[i] * areas[j])
+                        if cosine < smallest:
+                            smallest = cosine
+                        if cosine > largest:
+                            largest = cosine
+                if any(math.hypot(q[0] - r[0], q[1] - r[1]) > 0.5 for i, q in enumerate(corners) for r in corners[:i]):
+                    aa, bb, cc = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2] for v in (a, b, c))
+                    sixfold = abs(a[0] * n1[0] + a[1] * n1[1] + a[2] * n1[2])  # volume
+                    radius = math.sqrt(sum((aa * n1[k] + bb * n2[k] + cc * n3[k])**2 for k in range(3))) / (2 * sixfold)
+                    self.wide.append(radius * sum(areas) / (3 * sixfold))
+        # The dihedral angle is what the angle between the outer normals leaves of 180 degrees.
+        self.angles = tuple(180 - math.degrees(math.acos(max(-1.0, min(1.0, cosine)))) for cosine in (smallest, largest))
+        self.wide.sort()
+
+
+class Run:
+    """All figures of one file with one configuration."""
+
+    def __init__(self, work, configuration, name, rows):
+        self.name = name
+        self.code = max(int(row[2]) for row in rows)
+        self.seconds = statistics.median(float(row[4]) + float(row[5]) for row in rows)
+        self.wall = statistics.median(float(row[3]) for row in rows)
+        self.mib = max(int(row[6]) for row in rows) / 1024
+        self.runs = len(rows)
+        stem = os.path.join(work, configuration, name)
+        if self.code != 0:
+            with open(stem + ".err", errors="replace") as file:
+                lines = file.read().split("\n")
+            message = next((line for line in reversed(lines) if line.strip()), "stopped" if self.code == 124 else "no message")
+            self.error = re.sub(r"\S*/(?=\S+\.cli)", "", message).replace("|", "/")  # without folders of this machine
+            return
+        with open(stem + ".json") as file:
+            self.report = json.load(file)
+        quality = self.report["quality"]
+        self.tets = self.report["mesh"]["tets"]
+        self.vertices = self.report["mesh"]["vertices"]
+        self.slabs = len(self.report["mesh"]["slabs"])
+        self.h = self.report["thickness"]
+        self.l = self.report["size"]
+        self.eps = self.report["eps"]
+        self.deviation = self.report["deviation"]["max"] / self.eps if self.eps else None
+        self.crossing = quality["crossing"]
+        self.columns = quality["column_share"]
+        self.ratio = quality["ratio"]
+        self.metric = quality.get("metric_ratio")
+        self.angles = (quality["min_dihedral"], quality["max_dihedral"])
+        self.worst = quality["worst"]
+        self.raw = self.tets / RAW_FILL[name] if name in RAW_FILL else None
+        self.certified = self.report["certificate"]["passed"]
+        self.stages = self.report["seconds"]
+        # The report lists the worst elements, largest R/3r first: those that the input forces are told apart from the others.
+        self.forced = [tet for tet in self.worst if tet["cause"] in FORCED]
+        free = [tet for tet in self.worst if tet["cause"] not in FORCED]
+        # If all that are listed are forced, the last of them bounds the others from above.
+        self.worst_free = free[0]["ratio"] if free else self.worst[-1]["ratio"]
+        self.scaled = MetricFigures(stem, self.l, self.h) if os.path.exists(stem + ".node") else None
+
+    def angle_grade(self, angles):
+        for level, (low, high) in ((2, ANGLES[1]), (1, ANGLES[0])):
+            if angles[0] >= low and angles[1] <= high:
+                return level
+        return 0
+
+    def grades(self, metric=False):
+        """Name of the figure: (text, grade). Grade None: there is nothing to compare with."""
+        ratio = self.metric if metric else self.ratio
+        angles = self.scaled.angles if metric else self.angles
+        worst = ratio["worst"] if metric else self.worst_free
+        cells = {
+            "crossing": (count(self.crossing), 2 if self.crossing == 0 else 0),
+            "mean": (short(ratio["mean"]), grade(ratio["mean"], MEAN)),
+            "99.9 %": (short(ratio["p999"]), grade(ratio["p999"], P999)),
+            "worst": (short(worst), grade(worst, WORST)),
+            "dihedral angles": (angles_text(angles), self.angle_grade(angles)),
+            "tets / raw fill": ("-", None) if self.raw is None else (short(self.raw, 3), grade(self.raw, TETS)),
+            "deviation / eps": (short(self.deviation, 3), grade(self.deviation, (1, 1))),
+            "seconds": ("%.1f" % self.seconds, grade(self.seconds, SECONDS)),
+        }
+        return cells
+
+
+def table(header, rows):
+    lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
+    lines += ["| " + " | ".join(row) + " |" for row in rows]
+    return "\n".join(lines) + "\n"
+
+
+def goals_table(runs, metric=False):
+    figures = ["crossing", "mean", "99.9 %", "worst", "dihedral angles", "tets / raw fill", "deviation / eps", "seconds"]
+    rows = []
+    for run in runs:
+        if run.code != 0:
+            rows.append([run.name, "no mesh: " + run.error] + [""] * (len(figures) - 1))
+            continue
+        cells = run.grades(metric)
+        rows.append([run.name] + [cells[f][0] if cells[f][1] is None else marked(*cells[f]) for f in figures])
+    return table(["file"] + figures, rows)
+
+
+def goals_summary(runs, metric=False):
+    """A line per figure: on how many files the goals are met, and which miss the must. A file without a mesh misses all of them."""
+    done = [run for run in runs if run.code == 0]
+    none = ["%s (no mesh)" % run.name for run in runs if run.code != 0]
+    rows = []
+    graded = {run.name: run.grades(metric) for run in done}
+    wanted = {
+        "crossing": ("0", "0"),
+        "mean": ("<= %g" % MEAN[0], "<= %g" % MEAN[1]),
+        "99.9 %": ("<= %g" % P999[0], "<= %g" % P999[1]),
+        "worst": ("<= %g" % WORST[0], "<= %g" % WORST[1]),
+        "dihedral angles": tuple("%g to %g" % pair for pair in ANGLES),
+        "tets / raw fill": tuple("<= %g" % factor for factor in TETS),
+        "deviation / eps": ("<= 1", "<= 1"),
+        "seconds": tuple("<= %g" % s for s in SECONDS),
+    }
+    for figure, (must, aim) in wanted.items():
+        cells = {name: cells[figure] for name, cells in graded.items() if cells[figure][1] is not None}
+        met = sum(1 for _, level in cells.values() if level >= 1)
+        best = sum(1 for _, level in cells.values() if level == 2)
+        missed = ["%s (%s)" % (name, text) for name, (text, level) in cells.items() if level == 0] + none
+        of = len(cells) + len(none)
+        rows.append([figure, must, "%d of %d" % (met, of), ", ".join(missed) or "-", aim, "%d of %d" % (best, of)])
+    return table(["figure", "must", "met by", "missed by", "aim", "met by"], rows)
+
+
+def details_table(runs):
+    header = ["file", "slabs", "h (mm)", "l (mm)", "tets", "vertices", "median", "99 %", "columns", "worst of all", "cause", "forced",
+              "MiB", "longest stage"]
+    rows = []
+    for run in runs:
+        if run.code != 0:
+            continue
+        stage = max(run.stages, key=run.stages.get) if run.stages else "-"
+        total = sum(run.stages.values()) or 1
+        rows.append([
+            run.name, count(run.slabs), short(run.h), short(run.l), count(run.tets), count(run.vertices), short(run.ratio["median"]),
+            short(run.ratio["p99"]), "%.0f %%" % (100 * run.columns), short(run.ratio["worst"]),
+            run.worst[0]["cause"].replace("_", " ") if run.worst else "-",
+            "%d%s" % (len(run.forced), " or more" if run.worst and len(run.forced) == len(run.worst) else ""),
+            "%.0f" % run.mib, "%s, %.0f %%" % (stage, 100 * run.stages.get(stage, 0) / total)
+        ])
+    return table(header, rows)
+
+
+def both_table(runs):
+    """Euclidean figures beside those in the metric."""
+    header = ["file", "l (mm)", "tets", "columns", "metric: mean", "99.9 %", "worst", "dihedral", "wide tets", "mean", "99.9 %",
+              "Euclidean: mean", "99.9 %", "worst", "dihedral"]
+    rows = []
+    for run in runs:
+        if run.code != 0:
+            continue
+        figures = [[short(ratio["mean"]), short(ratio["p999"]), short(ratio["worst"]), angles_text(angles)]
+                   for ratio, angles in ((run.metric, run.scaled.angles), (run.ratio, run.angles))]
+        wide = run.scaled.wide
+        long_ones = ["%.0f %%" % (100 * len(wide) / run.tets)]
+        long_ones += [short(sum(wide) / len(wide)), short(wide[math.ceil(0.999 * len(wide)) - 1])] if wide else ["-", "-"]
+        rows.append([run.name, short(run.l), count(run.tets), "%.0f %%" % (100 * run.columns)] + figures[0] + long_ones + figures[1])
+    return table(header, rows)
+
+
+def comparison(runs):
+    done = [run for run in runs if run.code == 0]
+    text = ""
+    if done:
+        mean = [run.ratio["mean"] for run in done]
+        worst = [run.ratio["worst"] if run.ratio["worst"] is not None else math.inf for run in done]
+        text = ("Over %d files: mean R/3r %s to %s (TetWild in the paper's Table 1: 1.2 to 1.9), worst %s to %s (6 to 345), "
+                "tets that cross layers %s, at most %.1f s (hours).\n\n") % (
+                    len(done), short(min(mean), 3), short(max(mean), 3), short(min(worst), 3), short(max(worst), 3),
+                    count(sum(run.crossing for run in done)), max(run.seconds for run in done))
+    both = [run for run in runs if run.code == 0 and run.name in FTETWILD]
+    rows = []
+    for run in both:
+        tets, mean, worst, angles, crossing, seconds = FTETWILD[run.name]
+        rows.append([
+            run.name, count(run.tets), short(run.ratio["mean"]), short(run.ratio["worst"]),
+            angles_text(run.angles), count(run.crossing), "%.1f" % run.seconds, tets, short(mean),
+            short(worst), angles, "%g %%" % crossing, "%g" % seconds
+        ])
+    if rows:
+        names = ["tets", "mean", "worst", "dihedral", "crossing", "s"]
+        text += table(["file"] + names + ["fTetWild: " + names[0]] + names[1:], rows)
+        better = (sum(run.ratio["mean"] < FTETWILD[run.name][1] for run in both),
+                  sum((run.ratio["worst"] or math.inf) < FTETWILD[run.name][2] for run in both),
+                  sum(run.seconds < FTETWILD[run.name][5] for run in both))
+        text += "\nBetter than fTetWild: the mean on %d of these %d files, the worst element on %d, the time on %d.\n\n" % (
+            better[0], len(both), better[1], better[2])
+    rows = [[run.name, "%s / %.1f" % (short(run.ratio["worst"]), run.seconds)] + [cell or "-" for cell in CONFORMING[run.name]]
+            for run in runs if run.code == 0 and run.name in CONFORMING]
+    if rows:
+        text += table(["file", "slice2mesh", "TetGen 1.5 `-p`", "TetGen 1.5 `-q`", "TetGen 1.6 `-q`", "CDT (Diazzi et al. 2023)",
+                       "CGAL 6.1 `CDT_3`"], rows)
+    return text
+
+
+def main():
+    if len(sys.argv) != 3:
+        sys.exit("usage: quality_table.py WORK PAGE")
+    work, page = sys.argv[1:]
+    rows = {}
+    with open(os.path.join(work, "runs.tsv")) as file:
+        for line in file:
+            row = line.rstrip("\n").split("\t")
+            rows.setdefault(row[0], {}).setdefault(row[1], []).append(row)
+    with open(os.path.join(work, "configurations.tsv")) as file:
+        options = dict(line.rstrip("\n").split("\t") for line in file)
+    runs = {configuration: [Run(work, configuration, name, found) for name, found in files.items()]
+            for configuration, files in rows.items()}
+    first = runs["default"]
+    version = next((run.report["version"] for run in first if run.code == 0), "?")
+    repeated = max(run.runs for run in first)
+    certified = all(run.certified for group in runs.values() for run in group if run.code == 0)
+    every = sum(len(group) for group in runs.values())
+    done = sum(1 for group in runs.values() for run in group if run.code == 0)
+    text = "Version %s; %d of %d meshes made, %s; times are %s.\n" % (
+        version, done, every, "every one certified" if certified else "NOT all certified",
+        "of a single run" if repeated == 1 else "medians of %d runs" % repeated)
+    text += "\n### Default options\n\n`%s`\n\n" % options["default"]
+    text += goals_summary(first) + "\n" + goals_table(first) + "\n" + details_table(first)
+    text += "\n### Beside other tools\n\n" + comparison(first)
+    if "size10h" in runs:
+        text += "\n### Long elements\n\n`%s`: figures in the metric diag(1/l^2, 1/l^2, 1/h^2) against the same goals.\n\n" % (
+            options["size10h"])
+        text += goals_summary(runs["size10h"], True) + "\n" + goals_table(runs["size10h"], True) + "\n" + both_table(runs["size10h"])
+    if "lump3" in runs:
+        text += "\n### Bundles of three slices\n\n`%s`\n\n" % options["lump3"]
+        text += goals_summary(runs["lump3"]) + "\n" + goals_table(runs["lump3"]) + "\n" + details_table(runs["lump3"])
+    if page == "-":
+        print(text)
+        return
+    with open(page) as file:
+        old = file.read()
+    if old.count(BEGIN) != 1 or old.count(END) != 1:
+        sys.exit("quality_table.py: %s needs the two markers once" % page)
+    head, rest = old.split(BEGIN)
+    tail = rest.split(END)[1]
+    temporary = page + ".new"
+    with open(temporary, "w") as file:
+        file.write(head + BEGIN + "\n\n" + text + "\n" + END + tail)
+    os.replace(temporary, page)
+
+
+if __name__ == "__main__":
+    main()
