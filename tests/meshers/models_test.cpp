@@ -185,7 +185,8 @@ TEST_CASE("Mesh_3 meets the axioms of a model that approximates, and keeps the l
   std::size_t seen = 0;
   for (const NamedStack& named : generated_stacks()) {
     INFO(named.name);
-    const AxiomReport report = check_tetrahedralizer(*model, complex_of(named.stack));
+    const Plc plc = complex_of(named.stack);
+    const AxiomReport report = check_axioms((*model)(plc), plc, model->traits());
     INFO(report.text());
     CHECK(report.passed());
     CHECK(report.layers.crossing == 0);
