@@ -39,7 +39,8 @@ __extension__ typedef unsigned __int128 Uint128;
 
 /// |b - a| in pitches, rounded.
 [[nodiscard]] inline double distance(const GridPoint& a, const GridPoint& b) noexcept {
-  return std::hypot(static_cast<double>(b.x - a.x), static_cast<double>(b.y - a.y));
+  const double x = static_cast<double>(b.x - a.x), y = static_cast<double>(b.y - a.y);
+  return std::sqrt(x * x + y * y);  // not hypot: nothing overflows here, and it is several times faster
 }
 
 /// Distance of p to the segment ab in pitches, rounded. For choices of quality, never for topology.
@@ -49,7 +50,8 @@ __extension__ typedef unsigned __int128 Uint128;
   const double length2 = dx * dx + dy * dy;
   double t = length2 > 0 ? (px * dx + py * dy) / length2 : 0;
   t = t < 0 ? 0 : (t > 1 ? 1 : t);
-  return std::hypot(px - t * dx, py - t * dy);
+  const double x = px - t * dx, y = py - t * dy;
+  return std::sqrt(x * x + y * y);
 }
 
 /// A signed 192-bit number, high part times 2^64 plus low part; just enough for comparing products of the predicates.

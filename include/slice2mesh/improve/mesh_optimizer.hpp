@@ -408,16 +408,18 @@ private:
     for (std::size_t i = 0; i < 4; ++i) offer_face_removal(t, i);
     return apply_best();
   }
-  /// Tets above the target that something has changed at since they were tried, the worst first.
+  /// What is worse comes first, but by classes only: within a class neighbors in memory stay together.
+  [[nodiscard]] static int rank(double ratio) { return ratio > kVeryBad ? 0 : (ratio > kBad ? 1 : 2); }
+  /// Tets above the target that something has changed at since they were tried, the worst class first.
   template <class Try>
   std::size_t for_bad(double target, std::vector<std::uint32_t>& tried, Try&& attempt) {
     tried.resize(mesh_.tets.size(), 0);
-    std::vector<std::pair<double, std::int32_t>> bad;
+    std::vector<std::pair<int, std::int32_t>> bad;
     for (std::size_t t = 0; t < mesh_.tets.size(); ++t) {
       if (!alive(std::int32_t(t)) || !(ratio_[t] > target)) continue;
       std::uint32_t last = 0;
       for (const std::int32_t v : mesh_.tets[t]) last = std::max(last, changed_[std::size_t(v)]);
-      if (last > tried[t]) bad.emplace_back(-ratio_[t], std::int32_t(t));
+      if (last > tried[t]) bad.emplace_back(rank(ratio_[t]), std::int32_t(t));
     }
     std::sort(bad.begin(), bad.end());
     std::size_t done = 0;
@@ -567,16 +569,16 @@ private:
     return move_to(v, best);
   }
   std::size_t smooth_round() {
-    // Movable vertices of bad tets, those of the worst first.
+    // Movable vertices of bad tets.
     std::vector<double> worst(points_.size(), 0);
     for (std::size_t t = 0; t < mesh_.tets.size(); ++t)
       if (alive(std::int32_t(t)) && ratio_[t] > floor_)
         for (const std::int32_t v : mesh_.tets[t]) worst[std::size_t(v)] = std::max(worst[std::size_t(v)], ratio_[t]);
-    std::vector<std::pair<double, std::int32_t>> order;
+    std::vector<std::pair<int, std::int32_t>> order;
     tried_smooth_.resize(points_.size(), 0);
     for (std::size_t v = 0; v < points_.size(); ++v)
       if (worst[v] > 0 && kind_[v] != Kind::Fixed && changed_[v] > tried_smooth_[v])
-        order.emplace_back(-worst[v], std::int32_t(v));
+        order.emplace_back(rank(worst[v]), std::int32_t(v));
     std::sort(order.begin(), order.end());
     std::size_t done = 0;
     for (const auto& [w, v] : order) {
@@ -755,6 +757,7 @@ private:
     }
   }
 
+  static constexpr double kVeryBad = 8;           ///< R/3r
   static constexpr double kBad = 3;               ///< R/3r; what is above is worked on first
   static constexpr double kLeastGain = 3e-3;      ///< share of the cost that a flip or a move has to gain
   static constexpr int kDescents = 3;             ///< steps of one move

@@ -76,7 +76,7 @@ struct ImproveOptions {
   std::int32_t rounds = 16;   ///< >= 0; 0 leaves the raw fill
   double target = 1.5;        ///< R/3r above which tets are flipped and their vertices moved, >= 1
   double collapse_above = 2;  ///< R/3r above which vertices of tets are taken out where that gains, >= 1
-  double most_work = 2e8;     ///< the rounds end when so many tets have been rated, >= 0
+  double most_work = 1e8;     ///< the rounds end when so many tets have been rated, >= 0
 };
 
 /// Limits of one run; 0 means no limit.
