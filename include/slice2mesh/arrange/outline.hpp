@@ -15,6 +15,7 @@ namespace slice2mesh {
 /// The boundaries between the regions of one slab. Edges have no crossings and meet in vertices only; every edge
 /// separates two different regions, or a region and the outside.
 struct Outline {
+  /// An edge with what lies on its two sides.
   struct Edge {
     std::int32_t a = 0;          ///< vertex
     std::int32_t b = 0;          ///< vertex
@@ -24,6 +25,7 @@ struct Outline {
   std::vector<GridPoint> vertices;  ///< #V, all different, each on an edge
   std::vector<Edge> edges;          ///< #E
 
+  /// True if there is nothing in the slab.
   [[nodiscard]] bool empty() const { return edges.empty(); }
 };
 

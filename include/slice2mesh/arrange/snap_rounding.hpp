@@ -23,24 +23,32 @@ namespace slice2mesh {
 
 /// A directed segment with a mark that it hands on to all of its pieces.
 struct TaggedSegment {
+  /// First end.
   GridPoint from;
+  /// Second end.
   GridPoint to;
+  /// The mark.
   std::int32_t tag = 0;
 };
 
 /// How often and in which direction (+1: from the lower to the higher vertex index, -1: back) pieces of a tag run over
 /// an edge.
 struct EdgeTag {
+  /// The mark of the segments.
   std::int32_t tag = 0;
+  /// Pieces in the one direction less those in the other.
   std::int32_t winding = 0;
 };
 
 /// A planar straight-line graph: edges meet in common vertices only.
 struct Arrangement {
+  /// An edge with the marks of the segments that run over it.
   struct Edge {
     std::int32_t a = 0;  ///< index of the lexicographically smaller vertex
+    /// Index of the other vertex.
     std::int32_t b = 0;
     std::int32_t first_tag = 0;  ///< range [first_tag, last_tag) in `tags`
+    /// End of the range, see `first_tag`.
     std::int32_t last_tag = 0;
   };
   std::vector<GridPoint> vertices;  ///< #V, lexicographically sorted, all different
@@ -348,6 +356,7 @@ struct Attachment {
   double near = 0;                ///< every segment goes through every end point this near to it; in pitches
   std::vector<GridPoint> strong;  ///< segments with a tag below `strong_tags` also go through these points ...
   double strong_near = 0;         ///< ... where they are this near, in pitches
+  /// See `strong`.
   std::int32_t strong_tags = 0;
 };
 

@@ -60,9 +60,13 @@ enum class CliShortCoordinates : std::uint8_t {
 
 /// How a CLI file is read.
 struct CliReadOptions {
+  /// Outer boundary or hole.
   CliOrientation orientation = CliOrientation::Auto;
+  /// Open line or contour.
   CliCloseLines close_lines = CliCloseLines::Auto;
+  /// What heights count.
   CliZUnit z_unit = CliZUnit::Auto;
+  /// Signed or not.
   CliShortCoordinates short_coordinates = CliShortCoordinates::Auto;
   double unit = 0;  ///< mm per unit, in [1e-9, 1e6]; used instead of the file's `$$UNITS` if > 0
 

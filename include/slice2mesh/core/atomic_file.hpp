@@ -29,6 +29,7 @@ namespace slice2mesh {
 /// Errors: FileError with the given stage when the file cannot be created, written (full disk) or renamed.
 class AtomicFile {
 public:
+  /// Opens the temporary file; `stage` is that of the errors. Errors: FileError.
   AtomicFile(std::string path, Stage stage) : path_(std::move(path)), stage_(stage), buffer_(kBufferBytes) {
     namespace fs = std::filesystem;
     std::error_code ignored;

@@ -12,8 +12,10 @@
 
 namespace slice2mesh {
 
+/// How much a finding matters: good to know; something was changed; the result may not be what was meant.
 enum class Severity : std::uint8_t { Note, Repair, Warning };
 
+/// The name in lower case.
 [[nodiscard]] constexpr const char* to_string(Severity severity) noexcept {
   switch (severity) {
     case Severity::Note: return "note";
@@ -25,9 +27,13 @@ enum class Severity : std::uint8_t { Note, Repair, Warning };
 
 /// One finding. `code` is stable and made for programs ("zero_length_segment"); `message` is for people.
 struct Diagnostic {
+  /// How much it matters.
   Severity severity = Severity::Note;
+  /// Where it was noticed.
   Stage stage = Stage::Read;
+  /// Stable name, see docs/errors.md.
   std::string code;
+  /// A sentence for people; may change between versions.
   std::string message;
   std::int64_t layer = -1;     ///< from 0; -1: not one in particular
   std::int64_t polyline = -1;  ///< index in its layer, from 0; -1: not one in particular
@@ -38,8 +44,10 @@ struct Diagnostic {
 /// instead of being listed, so that the memory stays bounded on bad input.
 class Diagnostics {
 public:
+  /// Entries that are listed per code and severity.
   std::size_t per_code_limit = 20;
 
+  /// Add a finding. Cost: linear in the number of entries.
   void add(Diagnostic diagnostic) {
     std::size_t same = 0;
     std::size_t last = entries_.size();
@@ -55,15 +63,19 @@ public:
     }
     entries_.push_back(std::move(diagnostic));
   }
+  /// The same from its parts.
   void add(Severity severity, Stage stage, std::string code, std::string message, std::int64_t layer = -1,
            std::int64_t polyline = -1, std::uint64_t count = 1) {
     add(Diagnostic{severity, stage, std::move(code), std::move(message), layer, polyline, count});
   }
+  /// Add all findings of another list.
   void append(const Diagnostics& other) {
     for (const Diagnostic& d : other.entries_) add(d);
   }
 
+  /// The findings, in the order in which they came.
   [[nodiscard]] const std::vector<Diagnostic>& entries() const noexcept { return entries_; }
+  /// True if nothing was found.
   [[nodiscard]] bool empty() const noexcept { return entries_.empty(); }
   /// Number of findings of a code, listed or counted.
   [[nodiscard]] std::uint64_t count(const std::string& code) const {

@@ -51,8 +51,10 @@ enum class Stage : std::uint8_t {
 /// Base of every error of the library.
 class Error : public std::runtime_error {
 public:
+  /// The text of what() is "<stage>: <message>".
   Error(Stage stage, const std::string& message)
       : std::runtime_error(std::string(to_string(stage)) + ": " + message), stage_(stage) {}
+  /// The stage that gave up.
   [[nodiscard]] Stage stage() const noexcept { return stage_; }
 
 private:
@@ -62,8 +64,10 @@ private:
 /// An option is out of its range. Its name is the field of the options aggregate.
 class OptionError : public Error {
 public:
+  /// `option` is the name of the field, such as "supports.miter_limit".
   OptionError(std::string option, const std::string& message)
       : Error(Stage::Options, option + ": " + message), option_(std::move(option)) {}
+  /// Name of the field.
   [[nodiscard]] const std::string& option() const noexcept { return option_; }
 
 private:
@@ -73,8 +77,10 @@ private:
 /// A file that cannot be opened, read, or written.
 class FileError : public Error {
 public:
+  /// `stage` is Read or Write.
   FileError(Stage stage, std::string path, const std::string& message)
       : Error(stage, path + ": " + message), path_(std::move(path)) {}
+  /// The file, as it was named.
   [[nodiscard]] const std::string& path() const noexcept { return path_; }
 
 private:
@@ -84,12 +90,16 @@ private:
 /// Input that is not a readable slice file. Names the place: byte offset from 0, line from 1 (0 in binary geometry).
 class ParseError : public Error {
 public:
+  /// `byte` from 0, `line` from 1 (0: in binary geometry); an empty `file` is a stream.
   ParseError(std::string file, std::uint64_t byte, std::uint64_t line, const std::string& message)
       : Error(Stage::Read, (file.empty() ? std::string("<stream>") : file) + ", byte " + std::to_string(byte) +
                                (line > 0 ? ", line " + std::to_string(line) : std::string()) + ": " + message),
         file_(std::move(file)), byte_(byte), line_(line) {}
+  /// The file, as it was named; empty for a stream.
   [[nodiscard]] const std::string& file() const noexcept { return file_; }
+  /// Offset of the fault, from 0.
   [[nodiscard]] std::uint64_t byte() const noexcept { return byte_; }
+  /// Line of the fault, from 1; 0 in binary geometry.
   [[nodiscard]] std::uint64_t line() const noexcept { return line_; }
 
 private:
@@ -101,11 +111,14 @@ private:
 /// Geometry from which no mesh can be made. Layer and polyline count from 0; -1 means "not one in particular".
 class GeometryError : public Error {
 public:
+  /// `stage` noticed it in `layer` and `polyline` (from 0; -1: not one in particular).
   GeometryError(Stage stage, std::int64_t layer, std::int64_t polyline, const std::string& message)
       : Error(stage, (layer >= 0 ? "layer " + std::to_string(layer) + ": " : std::string()) +
                          (polyline >= 0 ? "polyline " + std::to_string(polyline) + ": " : std::string()) + message),
         layer_(layer), polyline_(polyline) {}
+  /// Index of the layer, from 0; -1: not one in particular.
   [[nodiscard]] std::int64_t layer() const noexcept { return layer_; }
+  /// Index in the layer, from 0; -1: not one in particular.
   [[nodiscard]] std::int64_t polyline() const noexcept { return polyline_; }
 
 private:
@@ -116,9 +129,11 @@ private:
 /// A tetrahedralizer could not fill the complex.
 class TetrahedralizationError : public Error {
 public:
+  /// `slab` from 0; -1: not one in particular.
   TetrahedralizationError(std::int64_t slab, const std::string& message)
       : Error(Stage::Tetrahedralize, (slab >= 0 ? "slab " + std::to_string(slab) + ": " : std::string()) + message),
         slab_(slab) {}
+  /// Index of the slab, from 0; -1: not one in particular.
   [[nodiscard]] std::int64_t slab() const noexcept { return slab_; }
 
 private:
@@ -128,12 +143,14 @@ private:
 /// A budget of the options (vertices, tets, time) is used up.
 class BudgetError : public Error {
 public:
+  /// Stage and message, as for Error.
   using Error::Error;
 };
 
 /// The progress callback asked to stop.
 class Cancelled : public Error {
 public:
+  /// `stage` was running.
   explicit Cancelled(Stage stage) : Error(stage, "cancelled") {}
 };
 

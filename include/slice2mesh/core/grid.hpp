@@ -9,7 +9,9 @@ namespace slice2mesh {
 
 /// A point of the grid, in pitches from the grid's origin.
 struct GridPoint {
+  /// In pitches.
   std::int64_t x = 0;
+  /// In pitches.
   std::int64_t y = 0;
   friend bool operator==(const GridPoint& a, const GridPoint& b) { return a.x == b.x && a.y == b.y; }
   friend bool operator!=(const GridPoint& a, const GridPoint& b) { return !(a == b); }
@@ -23,7 +25,9 @@ struct Grid {
   std::int64_t origin_x = 0;  ///< in pitches
   std::int64_t origin_y = 0;  ///< in pitches
 
+  /// The x of a point in mm, exact.
   [[nodiscard]] double x_mm(const GridPoint& p) const { return static_cast<double>(origin_x + p.x) * pitch; }
+  /// The y of a point in mm, exact.
   [[nodiscard]] double y_mm(const GridPoint& p) const { return static_cast<double>(origin_y + p.y) * pitch; }
 };
 

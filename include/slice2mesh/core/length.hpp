@@ -7,10 +7,13 @@ namespace slice2mesh {
 
 /// A length that is either absolute (mm) or relative to the layer thickness h.
 struct Length {
+  /// In mm, or in layer thicknesses if `relative`.
   double value = 0;
   bool relative = false;  ///< true: multiply by the layer thickness
 
+  /// So many millimeters.
   [[nodiscard]] static constexpr Length mm(double value) { return {value, false}; }
+  /// So many layer thicknesses.
   [[nodiscard]] static constexpr Length layers(double value) { return {value, true}; }
   /// The length in mm for the layer thickness h (mm).
   [[nodiscard]] constexpr double in_mm(double h) const { return relative ? value * h : value; }

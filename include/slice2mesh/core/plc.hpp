@@ -21,6 +21,7 @@ enum class FacetLabel : std::uint8_t {
   InnerWall = 4   ///< vertical, between two regions of one slab
 };
 
+/// The name in lower case.
 [[nodiscard]] constexpr const char* to_string(FacetLabel label) noexcept {
   switch (label) {
     case FacetLabel::Down: return "down";
@@ -34,8 +35,11 @@ enum class FacetLabel : std::uint8_t {
 
 /// The cell on one side of a facet: slab and region, or kNone for both where there is no material.
 struct Side {
+  /// Index of the slab, or kNone.
   std::int32_t slab = kNone;
+  /// Index of the region, or kNone.
   std::int32_t region = kNone;
+  /// True where there is no material.
   [[nodiscard]] bool empty() const { return slab == kNone; }
   friend bool operator==(const Side& a, const Side& b) { return a.slab == b.slab && a.region == b.region; }
   friend bool operator!=(const Side& a, const Side& b) { return !(a == b); }
@@ -45,15 +49,20 @@ struct Side {
 /// Horizontal: up or interface facets have their normal up, down facets down, so that the normal of a skin facet
 /// points out of the material and its `front` is empty. Inner walls have the lower region index at the back.
 struct Facet {
+  /// Indices of the corners.
   std::array<std::int32_t, 3> vertices{};
+  /// What it is to the part.
   FacetLabel label = FacetLabel::Wall;
+  /// What the normal points to.
   Side front;
+  /// What the normal points away from.
   Side back;
   std::int32_t wall = kNone;  ///< walls: id of the vertical quad (contour edge of a slab) it is a part of
 };
 
 /// A piecewise linear complex. Horizontal positions lie on `grid`, heights are those of `planes`.
 struct Plc {
+  /// The grid of the positions.
   Grid grid;
   std::vector<double> planes;                            ///< heights in mm, ascending; slab boundaries
   std::vector<GridPoint> vertices;                       ///< #V: position in the plane

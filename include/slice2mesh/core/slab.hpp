@@ -27,6 +27,7 @@ struct Slab {
 /// What a region is made for. The numbers are those of the cell array `material` in files.
 enum class RegionKind : std::uint8_t { Part = 0, Support = 1, Plate = 2 };
 
+/// The name in lower case.
 [[nodiscard]] constexpr const char* to_string(RegionKind kind) noexcept {
   return kind == RegionKind::Part ? "part" : kind == RegionKind::Support ? "support" : "plate";
 }
@@ -35,6 +36,7 @@ enum class RegionKind : std::uint8_t { Part = 0, Support = 1, Plate = 2 };
 /// everywhere.
 struct Region {
   std::int32_t part = 0;  ///< part id of the file
+  /// What it is made for.
   RegionKind kind = RegionKind::Part;
   std::string name;  ///< label of the file, or "part_<id>" / "support_<id>"
 };

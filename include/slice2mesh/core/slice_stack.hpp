@@ -14,7 +14,9 @@ namespace slice2mesh {
 
 /// A point in the plane.
 struct Point2 {
+  /// In the units of whoever holds the point.
   double x = 0;
+  /// In the units of whoever holds the point.
   double y = 0;
   friend bool operator==(const Point2& a, const Point2& b) { return a.x == b.x && a.y == b.y; }
   friend bool operator!=(const Point2& a, const Point2& b) { return !(a == b); }
@@ -41,8 +43,10 @@ struct ProcessParameters {
 /// A contour or an open line. A closed one does not repeat its first point.
 struct Polyline {
   std::int32_t part = 0;  ///< part id
+  /// What it bounds.
   Direction direction = Direction::Outer;
   std::vector<Point2> points;  ///< in file units
+  /// Process parameters.
   ProcessParameters process;
   friend bool operator==(const Polyline& a, const Polyline& b) {
     return a.part == b.part && a.direction == b.direction && a.points == b.points && a.process == b.process;
@@ -51,8 +55,10 @@ struct Polyline {
 
 /// A block of hatch lines (paths of the laser or nozzle); kept, not meshed.
 struct Hatches {
+  /// Part id.
   std::int32_t part = 0;
   std::vector<std::array<Point2, 2>> lines;  ///< start and end, in file units
+  /// Process parameters.
   ProcessParameters process;
   friend bool operator==(const Hatches& a, const Hatches& b) {
     return a.part == b.part && a.lines == b.lines && a.process == b.process;
@@ -62,7 +68,9 @@ struct Hatches {
 /// One slice. Its z is the file's number; where it lies in the layer is decided by `make_slabs`.
 struct Layer {
   double z = 0;  ///< in file units
+  /// Contours and open lines, in the order of the file.
   std::vector<Polyline> polylines;
+  /// Blocks of hatch lines, in the order of the file.
   std::vector<Hatches> hatches;
   friend bool operator==(const Layer& a, const Layer& b) {
     return a.z == b.z && a.polylines == b.polylines && a.hatches == b.hatches;
@@ -78,6 +86,7 @@ struct SliceStack {
   std::optional<int> date;     ///< as in the file
   std::optional<std::array<double, 6>> dimension;  ///< mm: x1 y1 z1 x2 y2 z2, as in the file
   std::map<std::int32_t, std::string> labels;      ///< names of part ids
+  /// #L, lowest first.
   std::vector<Layer> layers;
   std::string source;  ///< file name, for messages; not compared
 

@@ -50,9 +50,11 @@ template <class TimeOfTet>
 struct ElementLabels {
   std::int32_t layer = 0;         ///< index of the slab, from 0
   std::int32_t bundle_first = 0;  ///< first and last slice of the file that the slab stands for; kNone: base plate
+  /// See `bundle_first`.
   std::int32_t bundle_last = 0;
   std::int32_t part = 0;    ///< part id of the file
   std::int32_t region = 0;  ///< index of the region
+  /// What the region is made for.
   RegionKind kind = RegionKind::Part;
 };
 
@@ -66,10 +68,15 @@ struct ElementLabels {
 /// Some tets, by index, in a row.
 class TetRange {
 public:
+  /// The indices in [first, last), which must outlive the range.
   TetRange(const std::int32_t* first, const std::int32_t* last) : first_(first), last_(last) {}
+  /// First index.
   [[nodiscard]] const std::int32_t* begin() const noexcept { return first_; }
+  /// Behind the last index.
   [[nodiscard]] const std::int32_t* end() const noexcept { return last_; }
+  /// Number of tets.
   [[nodiscard]] std::size_t size() const noexcept { return static_cast<std::size_t>(last_ - first_); }
+  /// True if there are none.
   [[nodiscard]] bool empty() const noexcept { return first_ == last_; }
 
 private:
@@ -79,6 +86,7 @@ private:
 
 /// The print when one slab is the last one deposited. Valid as long as the GrowingDomains it comes from.
 struct GrowingDomain {
+  /// Index of the last slab deposited.
   std::int32_t slab = 0;
   TetRange born;  ///< the tets of this slab, ascending
   TetRange all;   ///< those of this slab and of all below, by slab
@@ -109,19 +117,29 @@ public:
         static_cast<std::int32_t>(k), {first + offsets_[k], first + offsets_[k + 1]}, {first, first + offsets_[k + 1]}};
   }
 
+  /// Input iterator over the domains, from the lowest slab.
   class Iterator {
   public:
+    /// Input: its values are made on the way.
     using iterator_category = std::input_iterator_tag;  // its values are made on the way
+    /// What it gives.
     using value_type = GrowingDomain;
+    /// Unused; asked for by the standard library.
     using difference_type = std::ptrdiff_t;
+    /// Unused; asked for by the standard library.
     using pointer = const GrowingDomain*;
+    /// What it gives, by value.
     using reference = GrowingDomain;
+    /// At the domain after slab k.
     Iterator(const GrowingDomains& domains, std::size_t k) : domains_(&domains), k_(k) {}
+    /// The domain.
     [[nodiscard]] GrowingDomain operator*() const { return (*domains_)[k_]; }
+    /// On to the next slab.
     Iterator& operator++() {
       ++k_;
       return *this;
     }
+    /// The same; gives the iterator as it was.
     Iterator operator++(int) {
       const Iterator old = *this;
       ++k_;
@@ -134,7 +152,9 @@ public:
     const GrowingDomains* domains_;
     std::size_t k_;
   };
+  /// The domain of the lowest slab.
   [[nodiscard]] Iterator begin() const { return {*this, 0}; }
+  /// Behind that of the highest one.
   [[nodiscard]] Iterator end() const { return {*this, size()}; }
 
 private:

@@ -20,6 +20,7 @@ namespace slice2mesh {
 
 /// A face of a tet. Face f is opposite to vertex f of its tet.
 struct TetFace {
+  /// Index of the tet.
   std::int32_t tet = 0;
   std::int32_t face = 0;  ///< 0 to 3
   friend bool operator==(const TetFace& a, const TetFace& b) { return a.tet == b.tet && a.face == b.face; }
@@ -42,6 +43,7 @@ enum class BoundaryKind : std::uint8_t {
   PlateInterface = 6     ///< inner faces between the base plate and what stands on it, seen from what stands on it
 };
 
+/// Number of the named sets.
 inline constexpr std::size_t kBoundaryKinds = 7;
 
 /// The set's name, as it stands in files.
@@ -75,6 +77,7 @@ struct BoundarySets {
   std::vector<double> exposed_area;        ///< #S, mm^2: area exposed when slab k is the last one, bottom included
   std::vector<double> volume;              ///< #S, mm^3: volume of slabs 0..k
 
+  /// The faces of one set.
   [[nodiscard]] const std::vector<TetFace>& of(BoundaryKind kind) const { return sets[static_cast<std::size_t>(kind)]; }
 };
 

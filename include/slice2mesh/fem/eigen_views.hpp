@@ -13,8 +13,11 @@
 
 namespace slice2mesh {
 
+/// #V by 3 doubles, row-major, mm.
 using VertexMatrix = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+/// #T by 4 indices, row-major.
 using TetMatrix = Eigen::Matrix<std::int32_t, Eigen::Dynamic, 4, Eigen::RowMajor>;
+/// #T labels.
 using LabelVector = Eigen::Matrix<std::int32_t, Eigen::Dynamic, 1>;
 
 static_assert(sizeof(std::array<double, 3>) == 3 * sizeof(double), "the views need dense rows");

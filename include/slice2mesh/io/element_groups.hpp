@@ -122,10 +122,10 @@ struct SurfaceSet {
 };
 
 /// The sets of faces that the options ask for, without empty ones, by tag: the boundary sets (tag = BoundaryKind + 1);
-/// with `layer_faces` also covered_<layer>, the faces that a layer covers (tag = number of kinds + layer, from 1), and
-/// born_<layer>, the faces that a layer newly exposes (tags after those). Where the format has no sets that overlap,
-/// born_<layer> is left out (it is what covered_<layer + 1> and the boundary faces of the layer's tets are together),
-/// and faces of the interface sets are left out of covered_<layer>.
+/// with `layer_faces` also `covered_<layer>`, the faces that a layer covers (tag = number of kinds + layer, from 1),
+/// and `born_<layer>`, the faces that a layer newly exposes (tags after those). Where the format has no sets that
+/// overlap, `born_<layer>` is left out (it is what `covered_<layer + 1>` and the boundary faces of the layer's tets are
+/// together), and faces of the interface sets are left out of `covered_<layer>`.
 [[nodiscard]] inline std::vector<SurfaceSet> wanted_surfaces(const Mesh& mesh, const WriteOptions& options,
                                                              bool overlap) {
   if (!options.surfaces) return {};

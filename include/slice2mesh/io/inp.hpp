@@ -169,11 +169,10 @@ inline void write_inp(const std::string& path, const Mesh& mesh, const WriteOpti
 /// Write the job that goes with `write_inp` (called with surfaces): it includes `mesh_file`, and has one transient heat
 /// transfer step per layer. The first step removes all layers but the first (and the base plate, which has its own
 /// initial temperature), every other one adds a layer; convection
-/// acts in each step on the faces that are then exposed (element sets KEPT_<layer>_F<face>: exposed from that layer on;
-/// OPEN_<layer>_F<face>: exposed until the next layer covers them).
-/// Precondition: every tet lies in its slab (the certificate checks it).
-/// Errors: OptionError for a value out of its range, Error (Stage::Write, Stage::Fem).
-/// Cost: linear in the mesh, and a few lines per pair of layers (convection is listed anew in every step).
+/// acts in each step on the faces that are then exposed (element sets `KEPT_<layer>_F<face>`: exposed from that layer
+/// on; `OPEN_<layer>_F<face>`: exposed until the next layer covers them). Precondition: every tet lies in its slab (the
+/// certificate checks it). Errors: OptionError for a value out of its range, Error (Stage::Write, Stage::Fem). Cost:
+/// linear in the mesh, and a few lines per pair of layers (convection is listed anew in every step).
 inline void write_inp_steps(std::ostream& out, const Mesh& mesh, const std::string& mesh_file,
                             const InpStepOptions& options = {}) {
   const auto require = [](bool good, const char* name, const char* range) {
@@ -294,7 +293,7 @@ inline void write_inp_steps(const std::string& path, const Mesh& mesh, const std
   write_file_atomically(path, Stage::Write, [&](std::ostream& out) { write_inp_steps(out, mesh, mesh_file, options); });
 }
 
-/// Write a mesh and its job: the mesh at `path` (which ends in .inp), the steps at <stem>_steps.inp beside it, which
+/// Write a mesh and its job: the mesh at `path` (which ends in .inp), the steps at `<stem>_steps.inp` beside it, which
 /// include the mesh by its name without folder. Both are complete before the first takes its place.
 /// Errors: those of `write_inp` and `write_inp_steps`; OptionError if `surfaces` is off where the
 /// steps need the nodes of the bottom; FileError.

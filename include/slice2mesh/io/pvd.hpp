@@ -165,7 +165,7 @@ private:
 }  // namespace detail
 
 /// Write the growing domains of a print: the collection at `path`, and the steps as VTU files in the folder
-/// <stem>_layers beside it, which is replaced. Every step is a whole mesh: N layers take about N/2 times the space of
+/// `<stem>_layers` beside it, which is replaced. Every step is a whole mesh: N layers take about N/2 times the space of
 /// one VTU file, so that one VTU file with the cell array `layer` is the better choice for most uses. The folder
 /// appears when all steps are complete, and the collection after it. Options: those of `write_vtu`. Errors: those of
 /// `write_vtu`; FileError, also if the folder holds other files. Cost: #S times the cost of the mesh.

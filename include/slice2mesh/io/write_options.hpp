@@ -39,7 +39,7 @@ struct WriteOptions {
   double time_per_layer = 0;
   /// time (s) at which a tet comes to life, from its slab and index; used instead of time_per_layer if set
   std::function<double(std::int32_t slab, std::size_t tet)> activation;
-  /// INP, `write_mesh` with a path: if set, <stem>_steps.inp is written as well, the job of `write_inp_steps`
+  /// INP, `write_mesh` with a path: if set, `<stem>_steps.inp` is written as well, the job of `write_inp_steps`
   std::optional<InpStepOptions> inp_steps;
 };
 

@@ -21,14 +21,18 @@ namespace slice2mesh {
 /// `above_*` the same for the slab above and its bottom.
 struct InterfacePlane {
   double z = 0;  ///< mm
+  /// Index, or kNone.
   std::int32_t slab_below = kNone;
+  /// Index, or kNone.
   std::int32_t slab_above = kNone;
   Arrangement overlay;                     ///< vertices and edges of both contours
   std::vector<std::array<Side, 2>> left;   ///< #E by 2: cell below and cell above the face on the left of edge a -> b
   std::vector<std::array<Side, 2>> right;  ///< #E by 2: the same on the right
   std::vector<std::int32_t> below_image;   ///< #V of the outline below: vertex of the overlay
+  /// #V of the outline above: vertex of the overlay.
   std::vector<std::int32_t> above_image;
   std::vector<std::vector<std::int32_t>> below_path;  ///< #E of the outline below: vertices of the overlay from a to b
+  /// #E of the outline above: vertices of the overlay from a to b.
   std::vector<std::vector<std::int32_t>> above_path;
 };
 

@@ -28,6 +28,7 @@ enum class ZConvention : std::uint8_t { Auto, Top, Bottom, Middle, Paper };
 
 /// From slices to slabs.
 struct SlabOptions {
+  /// Where the z of a slice lies.
   ZConvention z_convention = ZConvention::Auto;
   std::int32_t lump = 1;  ///< bundles of so many slices become one slab, >= 1; the middle slice stands for the bundle
   double lump_thickness = 0;    ///< mm; if > 0, slices are bundled up to this thickness instead of by number
@@ -35,13 +36,17 @@ struct SlabOptions {
   double thickness = 0;         ///< mm, of a stack of one slice; 0: taken from its z
 };
 
+/// The end of a thickened line: half a disc, half a square beyond the end, nothing.
 enum class LineCap : std::uint8_t { Round, Square, Flat };
+/// The corner of a thickened line: an arc, or the outer sides led on until they meet.
 enum class LineJoin : std::uint8_t { Round, Miter };
 
 /// From open lines to areas.
 struct ThickenOptions {
   Length radius = Length::mm(0);  ///< half the width of a support line; 0: supports are left out
+  /// Ends of lines.
   LineCap cap = LineCap::Square;
+  /// Corners of lines.
   LineJoin join = LineJoin::Miter;
   double miter_limit = 2;  ///< mitres longer than this times the radius are beveled, >= 1
   double arc_tolerance =
@@ -57,6 +62,7 @@ enum class BasePlateShape : std::uint8_t { Box, Offset };
 struct BasePlateOptions {
   Length thickness = Length::mm(0);    ///< 0: no plate
   Length margin = Length::layers(10);  ///< how far it reaches beyond the part, at least 2 eps and above 0
+  /// What the plate follows.
   BasePlateShape shape = BasePlateShape::Box;
   std::int32_t slabs = 0;  ///< slabs of equal height that it is made of; 0: higher ones the deeper they lie
 };
@@ -81,21 +87,30 @@ struct ImproveOptions {
 
 /// Limits of one run; 0 means no limit.
 struct Budget {
+  /// Vertices of the mesh, >= 0.
   std::int64_t max_vertices = 0;
+  /// Tets of the mesh, >= 0.
   std::int64_t max_tets = 0;
   double time_limit = 0;  ///< seconds of wall-clock time
 };
 
 /// Everything `slice_to_mesh` can be told. `Options{}` is a good start.
 struct Options {
+  /// From slices to slabs.
   SlabOptions slabs;
+  /// Open lines.
   ThickenOptions supports;
+  /// Base plate.
   BasePlateOptions plate;
   Length eps = Length::layers(0.1);  ///< tolerance of harmonization; 0: exact mode of the paper
+  /// Horizontal element size.
   SizeOptions size;
+  /// Improvement of the elements.
   ImproveOptions improve;
   bool finer_slices = true;  ///< estimate the volume loss of bundles from all their slices, which have to be united
+  /// Limits of the run.
   Budget budget;
+  /// Listener; may cancel.
   Progress progress;
 };
 

@@ -38,10 +38,14 @@ struct Report {
   ZConvention z_convention = ZConvention::Auto;  ///< as chosen
   double thickness = 0;                          ///< median layer thickness
   double eps = 0;  ///< in force: in exact mode the smallest tolerance of the grid, 2^-20 of the extent
+  /// In the interior, as chosen.
   double size = 0;
   std::vector<double> deviation;  ///< #S: distance between contour and input slice, both ways
+  /// The largest of `deviation`.
   double max_deviation = 0;
+  /// What was checked on the finished mesh.
   Certificate certificate;
+  /// Figures of the elements.
   QualityReport quality;
   SlicingEstimates estimates;                     ///< staircase error, volume loss; of the complex
   std::vector<std::pair<Stage, double>> seconds;  ///< wall-clock time per stage
@@ -51,9 +55,13 @@ struct Report {
 
 /// Everything a run gives.
 struct Result {
+  /// The tets.
   Mesh mesh;
+  /// The complex that was filled.
   Plc plc;
+  /// Figures.
   Report report;
+  /// What was repaired or noticed; that of reading is where `read_cli` put it.
   Diagnostics diagnostics;
 };
 

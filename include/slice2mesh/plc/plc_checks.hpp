@@ -22,8 +22,11 @@ namespace slice2mesh {
 
 /// One check: its name, for programs, and what was found, for people.
 struct CertificateCheck {
+  /// For programs, such as "positive".
   std::string name;
+  /// Whether it holds.
   bool passed = false;
+  /// For people: numbers, and the first offenders.
   std::string detail;
 };
 

@@ -28,10 +28,13 @@ namespace slice2mesh {
 /// `complex`, `structure`, `positive`, `one_slab`, `volume`, `interface_triangles`, `faces`, `skin`, `no_duplicates`,
 /// `no_orphans`; the later ones are left out where the complex itself is not usable.
 struct Certificate {
+  /// In the order above.
   std::vector<CertificateCheck> checks;
   double volume = 0;           ///< mm^3, sum of the tetrahedra
   double expected_volume = 0;  ///< mm^3, sum of area x height
+  /// Of the mesh.
   std::int64_t tets = 0;
+  /// Of the mesh.
   std::int64_t vertices = 0;
   std::int64_t facets = 0;  ///< of the complex
 
@@ -48,6 +51,7 @@ struct Certificate {
   }
 };
 
+/// Tolerances of `certify`.
 struct CertifyOptions {
   /// Relative difference of volumes that is put down to rounding: of the whole mesh, and of cells with vertices off the
   /// grid. Volumes on the grid are compared as integers.

@@ -33,6 +33,7 @@ enum class Cause : std::uint8_t {
   SizeJump          ///< element size changes too fast
 };
 
+/// The name in lower case.
 [[nodiscard]] constexpr const char* to_string(Cause cause) noexcept {
   switch (cause) {
     case Cause::Unknown: return "unknown";
@@ -47,18 +48,23 @@ enum class Cause : std::uint8_t {
 
 /// One of the worst elements.
 struct WorstTet {
+  /// Index of the tet.
   std::size_t tet = 0;
   std::array<double, 3> centroid{};  ///< mm
+  /// Its slab.
   std::int32_t slab = 0;
+  /// Its region.
   std::int32_t region = 0;
   double ratio = 1;          ///< R/3r
   double min_dihedral = 0;   ///< degrees
   double max_dihedral = 0;   ///< degrees
   double shortest_edge = 0;  ///< mm
   double longest_edge = 0;   ///< mm
+  /// Why it is bad, as far as is known.
   Cause cause = Cause::Unknown;
 };
 
+/// What is measured.
 struct QualityOptions {
   double metric_l = 0;           ///< mm, >= 0: horizontal size of the metric figures; 0: left out
   double metric_h = 0;           ///< mm, >= 0: vertical size of the metric figures; 0: left out
@@ -69,7 +75,9 @@ struct QualityOptions {
 
 /// Distribution of R/3r. A share q of p: at least q of all tets have R/3r <= p, and p is that of a tet.
 struct RatioFigures {
+  /// Arithmetic mean.
   double mean = 0;
+  /// 50 %.
   double median = 0;
   double p99 = 0;    ///< 99 %
   double p999 = 0;   ///< 99.9 %
@@ -84,7 +92,9 @@ struct Histogram {
 
 /// What `measure_quality` finds. A mesh without tets has zeros everywhere.
 struct QualityReport {
+  /// Of the mesh.
   std::size_t vertices = 0;
+  /// Of the mesh.
   std::size_t tets = 0;
   RatioFigures ratio;                        ///< Euclidean
   std::optional<RatioFigures> metric_ratio;  ///< in the metric diag(1/l^2, 1/l^2, 1/h^2)
@@ -96,9 +106,11 @@ struct QualityReport {
   Histogram dihedral_histogram;              ///< of all six angles of the positive tets, degrees
   std::size_t not_positive = 0;              ///< tets that are flat or inverted (floating-point test)
   std::size_t crossing = 0;                  ///< tets whose z range is not inside one slab, labels not looked at
+  /// `crossing` as a share of all tets.
   double crossing_share = 0;
   std::size_t mislabeled = 0;  ///< tets that are not inside the slab of their label
   std::size_t columns = 0;     ///< tets that have a vertical edge
+  /// `columns` as a share of all tets.
   double column_share = 0;
   double volume = 0;                  ///< mm^3
   std::vector<double> slab_volume;    ///< #S, mm^3, by label

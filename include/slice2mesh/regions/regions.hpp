@@ -26,6 +26,7 @@ namespace slice2mesh {
 
 /// The regions of every slab, on the grid.
 struct LayerRegions {
+  /// The grid of the outlines.
   Grid grid;
   std::vector<Slab> slabs;                         ///< #S, lowest first; each has some area
   std::vector<Outline> outlines;                   ///< #S

@@ -34,12 +34,14 @@
 
 namespace slice2mesh {
 
+/// What was found about an axiom.
 enum class AxiomStatus : std::uint8_t {
   Passed,
   Failed,
   NotPromised  ///< does not hold, and the traits do not say that it does
 };
 
+/// The name in words.
 [[nodiscard]] constexpr const char* to_string(AxiomStatus status) noexcept {
   switch (status) {
     case AxiomStatus::Passed: return "passed";
@@ -51,8 +53,11 @@ enum class AxiomStatus : std::uint8_t {
 
 /// One axiom: its name, for programs, and what was found, for people.
 struct Axiom {
+  /// For programs.
   std::string name;
+  /// What was found.
   AxiomStatus status = AxiomStatus::Passed;
+  /// For people: numbers, and the first offenders.
   std::string detail;
 };
 
@@ -60,7 +65,9 @@ struct Axiom {
 /// `cell_volumes`, `one_slab`, `cell_labels`, `facets` and, from `check_tetrahedralizer`, `typed_errors` and
 /// `same_twice`. After a structure that is not sound the others are left out.
 struct AxiomReport {
+  /// What the model promises.
   TetrahedralizerTraits traits;
+  /// In the order of docs/tetrahedralizers.md.
   std::vector<Axiom> axioms;
   LayerReport layers;  ///< empty if the structure is not sound
 
@@ -85,6 +92,7 @@ struct AxiomReport {
   }
 };
 
+/// Tolerances of `check_axioms`.
 struct AxiomOptions {
   /// Relative difference of volumes and areas where facets are kept: rounded coordinates and the bends of walls.
   double exact_tolerance = 1e-7;

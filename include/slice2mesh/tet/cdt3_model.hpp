@@ -12,6 +12,7 @@
 #if CGAL_VERSION_NR >= 1060100000 && __has_include(<CGAL/make_conforming_constrained_Delaunay_triangulation_3.h>)
 #define SLICE2MESH_HAS_CDT3 1
 #else
+/// 1 where CGAL is new enough (6.1), else 0.
 #define SLICE2MESH_HAS_CDT3 0
 #endif
 

@@ -38,6 +38,7 @@
 #include <sys/prctl.h>
 #endif
 #else
+/// 1 on systems with fork, else 0.
 #define SLICE2MESH_HAS_CHILD_PROCESSES 0
 #endif
 

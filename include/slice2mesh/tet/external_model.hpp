@@ -131,14 +131,21 @@ struct CommandTemplate {
 /// OptionError for a command without {in} or with an unknown format; TetrahedralizationError where the command fails,
 /// ends without a file or is over its limits; what `progress` throws.
 struct ExternalMesher {
+  /// For the shell, with the placeholders above.
   std::string command;
+  /// For reports.
   std::string name = "external";
   FacetKeeping facets = FacetKeeping::No;  ///< what the program promises
+  /// What becomes of tets outside of the skin.
   OutsideTets outside = OutsideTets::Drop;
+  /// Of the child process.
   ChildLimits limits;
+  /// Listener; may cancel.
   Progress progress;
 
+  /// What the model promises.
   [[nodiscard]] TetrahedralizerTraits traits() const { return {name, facets, false, false}; }
+  /// The mesh. Errors: see above.
   [[nodiscard]] Mesh operator()(const Plc& plc) const { return restored(plc).mesh; }
 
   /// The mesh with what became of the layers.

@@ -169,12 +169,18 @@ struct Mesh3Surfaces {
 /// child process with limits unless `child_process` is false.
 /// Errors: TetrahedralizationError; OptionError; what `progress` throws.
 struct Mesh3Mesher {
+  /// Criteria of the mesh.
   Mesh3Options options;
+  /// False: in this process, without limits.
   bool child_process = true;
+  /// Of the child process.
   ChildLimits limits;
+  /// Listener; may cancel.
   Progress progress;
 
+  /// What the model promises.
   [[nodiscard]] TetrahedralizerTraits traits() const { return {"mesh3", FacetKeeping::No, false, false}; }
+  /// The mesh. Errors: see above.
   [[nodiscard]] Mesh operator()(const Plc& plc) const { return restored(plc).mesh; }
 
   /// The mesh with what became of the layers.

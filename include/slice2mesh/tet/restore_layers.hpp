@@ -42,7 +42,9 @@ enum class OutsideTets : std::uint8_t {
   Keep   ///< nothing is left out; such a tet goes to the nearest cell: for meshers that remove the outside themselves
 };
 
+/// How layers are restored.
 struct RestoreOptions {
+  /// What becomes of tets outside of the skin.
   OutsideTets outside = OutsideTets::Drop;
   /// Vertices nearer than this to a plane, or to a vertex of the complex, are put there: what other programs rounded is
   /// made exact again. A share of the diagonal of the bounding box, in [0, 1e-3]; far below any feature of a complex.
@@ -51,8 +53,10 @@ struct RestoreOptions {
 
 /// What a mesh keeps of the layers. Lengths in mm.
 struct LayerReport {
+  /// Of the mesh.
   std::size_t tets = 0;
   std::size_t crossing = 0;  ///< tets that lie in no single slab; they are counted to the slab of their centroid
+  /// `crossing` as a share of all tets.
   double crossing_share = 0;
   std::size_t outside = 0;                  ///< tets that were left out, or kept although outside (`restore_layers`)
   std::vector<double> slab_volume;          ///< #S, mm^3, of the tets of each slab
@@ -66,7 +70,9 @@ struct LayerReport {
 
 /// A mesh with the layers it has.
 struct RestoredMesh {
+  /// The mesh.
   Mesh mesh;
+  /// What became of the layers.
   LayerReport report;
 };
 

@@ -365,9 +365,11 @@ private:
 /// no vertex, keeps every horizontal facet, and every wall up to the diagonals of ties on bent walls. Errors:
 /// TetrahedralizationError with the slab where the complex is not conforming. Cost: about linear.
 struct SlabFiller {
+  /// Listener; may cancel.
   Progress progress;
   std::int64_t max_tets = 0;  ///< budget; 0: none
 
+  /// The mesh. Errors: see above.
   [[nodiscard]] Mesh operator()(const Plc& plc) const {
     if (!plc.has_inner_faces) throw TetrahedralizationError(-1, "the slab filler needs a complex with inner faces");
     Mesh mesh;

@@ -11,6 +11,7 @@
 #if __has_include(<tetgen.h>)
 #define SLICE2MESH_HAS_TETGEN 1
 #else
+/// 1 where tetgen.h is found, else 0.
 #define SLICE2MESH_HAS_TETGEN 0
 #endif
 

@@ -20,6 +20,7 @@
 #if defined(__cpp_concepts) && __cpp_concepts >= 201907L
 #define SLICE2MESH_HAS_CONCEPTS 1
 #else
+/// 1 where the compiler has C++20 concepts, else 0.
 #define SLICE2MESH_HAS_CONCEPTS 0
 #endif
 
@@ -32,6 +33,7 @@ enum class FacetKeeping : std::uint8_t {
   No           ///< approximated or lost: elements may cross layers
 };
 
+/// The name in lower case.
 [[nodiscard]] constexpr const char* to_string(FacetKeeping keeping) noexcept {
   switch (keeping) {
     case FacetKeeping::Exactly: return "exactly";
@@ -43,7 +45,9 @@ enum class FacetKeeping : std::uint8_t {
 
 /// What a tetrahedralizer promises. The defaults promise nothing beyond the concept itself.
 struct TetrahedralizerTraits {
+  /// For reports.
   std::string name = "unnamed";
+  /// What becomes of the facets.
   FacetKeeping facets = FacetKeeping::No;
   bool deterministic = false;         ///< the same complex gives the same mesh, bit by bit
   bool needs_conforming_plc = false;  ///< works only on a complex with inner faces and Gabriel contour edges
@@ -142,6 +146,7 @@ constexpr void require_tetrahedralizer() {
 /// type that cannot be changed.
 template <class Model>
 struct TraitsFor {
+  /// The traits of a model.
   [[nodiscard]] static TetrahedralizerTraits of(const Model& model) {
     if constexpr (std::is_void_v<typename detail::TraitsOf<Model>::type>) {
       (void)model;
@@ -152,8 +157,10 @@ struct TraitsFor {
   }
 };
 
+/// The traits of the slab filler.
 template <>
 struct TraitsFor<SlabFiller> {
+  /// Keeps every facet, is deterministic, needs a conforming complex.
   [[nodiscard]] static TetrahedralizerTraits of(const SlabFiller&) {
     return {"slab", FacetKeeping::Exactly, true, true};
   }
@@ -170,9 +177,12 @@ template <class Model>
 template <class Model>
 class TraitedTetrahedralizer {
 public:
+  /// `model` with `traits` in place of its own.
   TraitedTetrahedralizer(Model model, TetrahedralizerTraits traits)
       : model_(std::move(model)), traits_(std::move(traits)) {}
+  /// Calls the model. Errors: those of the model.
   [[nodiscard]] Mesh operator()(const Plc& plc) const { return model_(plc); }
+  /// What the model promises.
   [[nodiscard]] const TetrahedralizerTraits& traits() const noexcept { return traits_; }
 
 private:
@@ -196,6 +206,7 @@ public:
 
   /// Calls the model. Errors: those of the model.
   [[nodiscard]] Mesh operator()(const Plc& plc) const { return held_->run(plc); }
+  /// What the model promises.
   [[nodiscard]] TetrahedralizerTraits traits() const { return held_->traits(); }
 
   /// The model with `progress` as its listener, if it has a data member `progress` that nobody listens to yet;

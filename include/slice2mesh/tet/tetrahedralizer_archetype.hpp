@@ -11,7 +11,9 @@ namespace slice2mesh {
 /// no address, no traits. A function template that compiles with it asks for no more than the concept.
 class TetrahedralizerArchetype {
 public:
+  /// There is no default constructor.
   explicit TetrahedralizerArchetype(int) {}
+  /// Copies are allowed; nothing else is.
   TetrahedralizerArchetype(const TetrahedralizerArchetype&) = default;
   TetrahedralizerArchetype& operator=(const TetrahedralizerArchetype&) = delete;
   ~TetrahedralizerArchetype() = default;
