@@ -31,6 +31,7 @@ struct HarmonizeOptions {
 
 /// The contours of all slabs, harmonized.
 struct Contours {
+  /// The grid of the outlines.
   Grid grid;
   std::vector<Slab> slabs;        ///< #S
   std::vector<Outline> outlines;  ///< #S
@@ -39,6 +40,7 @@ struct Contours {
   double thickness = 0;           ///< median of the slabs, mm
   double eps = 0;                 ///< mm, as asked for; 0: exact mode
   double tolerance = 0;           ///< mm, in force: eps, or the smallest tolerance of the grid
+  /// As chosen by make_slabs.
   ZConvention z_convention = ZConvention::Bottom;
 };
 
