@@ -16,7 +16,7 @@ packages=(g++ cmake ninja-build libcgal-dev libeigen3-dev libcli11-dev nlohmann-
 readers=()
 for argument in "$@"; do
   case "$argument" in
-    --tests) packages+=(catch2 zlib1g-dev libnetcdf-dev libtet1.5-dev) ;;
+    --tests) packages+=(catch2 zlib1g-dev libnetcdf-dev libtet1.5-dev doxygen python3) ;;
     --readers)
       readers+=(gmsh python3-vtk9 python3-meshio python3-netcdf4 calculix-ccx freefem++ libfreefem++ libdeal.ii-dev
         tetgen)
