@@ -59,28 +59,49 @@ inline constexpr double kAheadShare = 0.75;          // contours go ahead of the
 inline constexpr double kSimplifyShare = 0.1;        // tolerance of simplification
 inline constexpr double kShortEdgeShare = 0.9;       // edges shorter than this are worth ...
 inline constexpr double kShortToleranceShare = 0.3;  // ... this tolerance
-inline constexpr double kSnapShare = 0.25;           // vertices this near to one below move onto it
+inline constexpr double kSnapShare = 0.45;           // vertices this near to one below move onto it
 /// What simplification and merging after the opening have moved is compared with the contour below once more.
 inline constexpr int kPasses = 2;
 inline constexpr double kResolutionShare = 0.005;  // resolution of the measured deviation
 
-/// Splits edges longer than `longest` pitches evenly.
+/// Splits edges longer than `longest` pitches (about) where they cross lines x = k step or y = k step, whichever they
+/// cross more steeply. The lines are the same for all slabs: contours that stand above each other, or run side by side,
+/// are split at the same places.
 inline void subdivide(Outline& outline, double longest) {
-  if (!(longest > 0) || !std::isfinite(longest)) return;
+  if (!(longest >= 4 * double(kContourStep)) || !(longest < double(kGridLimit))) return;
+  constexpr double kSteep = 0.95;  // cosine with an axis; less steep edges are longer between two lines
+  constexpr double kStraight = 0.9, kDiagonal = 0.68;  // so their lines are nearer; of the longest edge
+  constexpr double kFromEnds = 0.4;                    // of the step; no split nearer to an end
   std::vector<Outline::Edge> edges;
+  std::vector<GridPoint> splits;
   for (const Outline::Edge& e : outline.edges) {
     const GridPoint a = outline.vertices[static_cast<std::size_t>(e.a)],
                     b = outline.vertices[static_cast<std::size_t>(e.b)];
-    const auto pieces = static_cast<std::int64_t>(std::ceil(distance(a, b) / longest));
-    std::int32_t last = e.a;
-    for (std::int64_t i = 1; i < pieces; ++i) {
-      const GridPoint p = contour_point_between(a, b, double(i) / double(pieces));
+    const double length = distance(a, b);
+    splits.clear();
+    if (length > longest) {
+      const bool along_x = std::llabs(b.x - a.x) >= std::llabs(b.y - a.y);
+      const std::int64_t from = along_x ? a.x : a.y, to = along_x ? b.x : b.y;
+      const double share = std::fabs(double(to - from)) / length;
+      const std::int64_t step = round_to_step(std::llround(longest * (share > kSteep ? kStraight : kDiagonal)));
+      const auto first = static_cast<std::int64_t>(floor_div(std::min(from, to), step)) + 1,
+                 last = static_cast<std::int64_t>(floor_div(std::max(from, to), step));
+      for (std::int64_t k = first; k <= last; ++k) {
+        const GridPoint p = contour_point_between(a, b, double(k * step - from) / double(to - from));
+        if (std::min(distance(a, p), distance(p, b)) >= kFromEnds * double(step)) splits.push_back(p);
+      }
+      if (from > to) std::reverse(splits.begin(), splits.end());
+      // An edge without a line in its middle part.
+      if (splits.empty() && length > 1.5 * longest) splits.push_back(contour_point_between(a, b, 0.5));
+    }
+    std::int32_t last_vertex = e.a;
+    for (const GridPoint& p : splits) {
       outline.vertices.push_back(p);
       const auto v = static_cast<std::int32_t>(outline.vertices.size()) - 1;
-      edges.push_back({last, v, e.left, e.right});
-      last = v;
+      edges.push_back({last_vertex, v, e.left, e.right});
+      last_vertex = v;
     }
-    edges.push_back({last, e.b, e.left, e.right});
+    edges.push_back({last_vertex, e.b, e.left, e.right});
   }
   outline.edges = std::move(edges);
 }

@@ -763,8 +763,8 @@ private:
   static constexpr int kDescents = 3;             ///< steps of one move
   static constexpr std::size_t kLongestRing = 9;  ///< edges with more tets around are not taken out
   static constexpr double kCollapseGain = 0.1;    ///< what a collapse has to gain in the sum of R/3r ...
-  static constexpr double kGoodRatio = 1.4;       ///< ... above this: that of a column
-  static constexpr double kTolerable = 5;         ///< R/3r; a collapse may make a tet worse than the worst up to this
+  static constexpr double kGoodRatio = 1.3;       ///< ... above this: that of a column
+  static constexpr double kTolerable = 6;         ///< R/3r; a collapse may make a tet worse than the worst up to this
 
   PlaneStack& stack_;
   Mesh& mesh_;
