@@ -10,7 +10,7 @@ int main(int argc, char* argv[]) try {
   slice2mesh::Options options;
   options.slabs.lump = 6;
   slice2mesh::Mesh3Mesher mesher;
-  mesher.options.size = 6;         // mm
+  mesher.options.size = slice2mesh::Length::mm(6);
   mesher.options.perturb = false;  // faster
   mesher.limits.time = 300;        // seconds
   const auto result = slice2mesh::slice_to_mesh(slice2mesh::read_cli(argv[1]), options, mesher);

@@ -35,6 +35,18 @@ void print_layers(const std::string& name, const slice2mesh::LayerReport& layers
   std::fputs("\n", stdout);
 }
 
+// How near contours come, in shares of eps.
+std::string separation_text(const slice2mesh::SeparationFigures& figures, double tolerance) {
+  const auto share = [tolerance](const slice2mesh::SeparationMinimum& minimum) {
+    return minimum.found() ? short_text(minimum.size / tolerance) + " eps" : std::string("1 eps or more");
+  };
+  return "vertices " + share(figures.vertices) + ", vertex and edge " + share(figures.vertex_edge) + ", angle " +
+         (figures.angle.found() ? short_text(figures.angle.size) + " degrees" : std::string("none")) + "; " +
+         std::to_string(figures.close_vertices.back() + figures.close_vertex_edge.back()) + " pairs below " +
+         short_text(slice2mesh::kSeparationShare) + " eps, " + std::to_string(figures.sharp) + " angles below " +
+         short_text(slice2mesh::kSeparationAngle) + " degrees";
+}
+
 void print_report(const slice2mesh::Result& result) {
   const slice2mesh::Report& report = result.report;
   const slice2mesh::Certificate& certificate = report.certificate;
@@ -44,6 +56,8 @@ void print_report(const slice2mesh::Result& result) {
   print_line(stdout, "size", short_text(report.size) + " mm");
   print_line(stdout, "eps", short_text(report.eps) + " mm");
   print_line(stdout, "largest deviation", short_text(report.max_deviation) + " mm");
+  print_line(stdout, "between contours", separation_text(report.separation.between, report.separation.tolerance));
+  print_line(stdout, "within contours", separation_text(report.separation.within, report.separation.tolerance));
   const slice2mesh::SlicingEstimates& estimates = report.estimates;
   const auto share = [&estimates](double volume) {
     const std::string percent = estimates.volume > 0 ? short_text(100 * volume / estimates.volume) : "-";
@@ -84,6 +98,8 @@ int mesh_file(const MeshJob& job) {
   };
 
   MesherChoice choice = job.mesher;
+  choice.size = job.options.size.size;
+  choice.eps = job.options.eps;
   choice.time_limit = job.options.budget.time_limit;
   choice.max_tets = job.options.budget.max_tets;
   const slice2mesh::AnyTetrahedralizer mesher = make_mesher(choice);

@@ -25,6 +25,12 @@ double number_of(const std::string& name, const std::string& text) {
   return *value;
 }
 
+slice2mesh::Length length_of(const std::string& name, const std::string& text) {
+  const std::optional<slice2mesh::Length> value = parse_length(text);
+  if (!value) throw UsageError("--mesher-args: " + name + " is not followed by a length");
+  return *value;
+}
+
 bool answer_of(const std::string& name, const std::string& text) {
   if (text != "yes" && text != "no") throw UsageError("--mesher-args: " + name + " is not followed by yes or no");
   return text == "yes";
@@ -35,17 +41,19 @@ bool answer_of(const std::string& name, const std::string& text) {
 slice2mesh::AnyTetrahedralizer make_mesh3(const MesherChoice& choice) {
   slice2mesh::Mesh3Mesher mesher;
   slice2mesh::Mesh3Options& options = mesher.options;
+  if (choice.size.value > 0) options.size = choice.size;
+  if (choice.eps.value > 0) options.distance = choice.eps;
   std::istringstream words(choice.arguments);
   for (std::string word; words >> word;) {
     const std::size_t equal = word.find('=');
     const std::string name = word.substr(0, equal);
     const std::string value = equal == std::string::npos ? std::string() : word.substr(equal + 1);
     if (name == "size")
-      options.size = number_of(name, value);
+      options.size = length_of(name, value);
     else if (name == "edge")
-      options.edge_size = number_of(name, value);
+      options.edge_size = length_of(name, value);
     else if (name == "distance")
-      options.distance = number_of(name, value);
+      options.distance = length_of(name, value);
     else if (name == "angle")
       options.facet_angle = number_of(name, value);
     else if (name == "ratio")

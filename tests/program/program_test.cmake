@@ -163,7 +163,7 @@ elseif(CASE STREQUAL "mesher")
   check("the names are told" a_mesher STREQUAL "slab" AND b_mesher STREQUAL "test")
   check("as many tets" a_tets EQUAL b_tets)
   # What is appended to a command, what it says when it fails, its time limit.
-  run(3 sample.cli --lump 8 --mesher "cat {in}; sh -c" --mesher-args "'echo last words; exit 9'" -o c.msh)
+  run(3 sample.cli --lump 8 --mesher "cat {in} && sh -c" --mesher-args "'echo last words && exit 9'" -o c.msh)
   check("the last words are told" err MATCHES "code 9: last words")
   run(3 sample.cli --lump 8 --mesher "sleep 1000 # {in}" --time-limit 2 -o c.msh)
   run(1 sample.cli --mesher no_such_mesher -o c.msh)

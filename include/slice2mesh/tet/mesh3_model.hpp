@@ -41,6 +41,7 @@
 #include <vector>
 
 #include "slice2mesh/core/error.hpp"
+#include "slice2mesh/core/length.hpp"
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/core/plc.hpp"
 #include "slice2mesh/core/progress.hpp"
@@ -51,12 +52,12 @@
 
 namespace slice2mesh {
 
-/// Criteria of Mesh_3. Lengths in mm; 0 stands for a value that follows from the median thickness h of the slabs.
+/// Criteria of Mesh_3. Relative lengths are multiples of the median thickness of the slabs.
 struct Mesh3Options {
-  double size = 0;            ///< circumradii of tets and of surface triangles are at most this; 0: 2h
-  double edge_size = 0;       ///< longest edge on features; 0: `size`
-  double distance = 0;        ///< of surface triangles from the facets that they stand for; 0: h/10
-  double facet_angle = 25;    ///< degrees, of surface triangles, 0 to 30 (with more it need not end)
+  Length size = Length::layers(2);        ///< circumradii of tets and of surface triangles are at most this, > 0
+  Length edge_size = Length::mm(0);       ///< longest edge on features; 0: `size`
+  Length distance = Length::layers(0.1);  ///< of surface triangles from the facets that they stand for, > 0
+  double facet_angle = 25;                ///< degrees, of surface triangles, 0 to 30 (with more it need not end)
   double radius_edge = 2;     ///< largest ratio of circumradius to shortest edge of a tet, at least 2 to be sure to end
   double feature_angle = 60;  ///< degrees between the normals of facets, from which on their edge is a feature
   bool perturb = true;        ///< move vertices of slivers
@@ -128,9 +129,9 @@ struct Mesh3Surfaces {
     domain.detect_features(options.feature_angle);
     namespace parameters = CGAL::parameters;
     const Mesh3Criteria criteria(
-        parameters::edge_size = options.edge_size, parameters::facet_angle = options.facet_angle,
-        parameters::facet_size = options.size, parameters::facet_distance = options.distance,
-        parameters::cell_radius_edge_ratio = options.radius_edge, parameters::cell_size = options.size);
+        parameters::edge_size = options.edge_size.value, parameters::facet_angle = options.facet_angle,
+        parameters::facet_size = options.size.value, parameters::facet_distance = options.distance.value,
+        parameters::cell_radius_edge_ratio = options.radius_edge, parameters::cell_size = options.size.value);
     const Mesh3Complex complex = CGAL::make_mesh_3<Mesh3Complex>(
         domain, criteria, options.perturb ? parameters::perturb() : parameters::no_perturb(),
         options.exude ? parameters::exude() : parameters::no_exude());
@@ -194,27 +195,29 @@ struct Mesh3Mesher {
                           restore);
   }
 
-  /// The options with the values that stand for 0. Errors: OptionError.
+  /// The options with all lengths in mm. Errors: OptionError. Precondition: a sound complex.
   [[nodiscard]] Mesh3Options resolved(const Plc& plc) const {
-    Mesh3Options used = options;
-    const auto check = [](const char* option, double value, double low, double high) {
-      if (!(value >= low && value <= high))
-        throw OptionError(option, "must be from " + detail::number_text(low) + " to " + detail::number_text(high));
-    };
-    constexpr double kHuge = 1e30;
-    check("size", used.size, 0, kHuge);
-    check("edge_size", used.edge_size, 0, kHuge);
-    check("distance", used.distance, 0, kHuge);
-    check("facet_angle", used.facet_angle, 0, 30);
-    check("radius_edge", used.radius_edge, 0, kHuge);
-    check("feature_angle", used.feature_angle, 0, 180);
     std::vector<double> heights;
     for (const Slab& slab : plc.slabs) heights.push_back(slab.z_high - slab.z_low);
     std::sort(heights.begin(), heights.end());
     const double thickness = heights[(heights.size() - 1) / 2];
-    if (used.size == 0) used.size = 2 * thickness;
-    if (used.edge_size == 0) used.edge_size = used.size;
-    if (used.distance == 0) used.distance = thickness / 10;
+    Mesh3Options used = options;
+    const auto resolve = [thickness](const char* option, Length& length) {
+      length = Length::mm(length.in_mm(thickness));
+      if (!(length.value > 0) || !std::isfinite(length.value)) throw OptionError(option, "must be a length above 0");
+    };
+    const auto check = [](const char* option, double value, double low, double high) {
+      if (!(value >= low && value <= high))
+        throw OptionError(option, "must be from " + detail::number_text(low) + " to " + detail::number_text(high));
+    };
+    if (used.edge_size.value == 0) used.edge_size = used.size;
+    resolve("size", used.size);
+    resolve("edge_size", used.edge_size);
+    resolve("distance", used.distance);
+    check("facet_angle", used.facet_angle, 0, 30);
+    constexpr double kLargestRatio = 1e6;
+    check("radius_edge", used.radius_edge, 0, kLargestRatio);
+    check("feature_angle", used.feature_angle, 0, 180);
     return used;
   }
 };
