@@ -137,7 +137,33 @@ Json quality_json(const slice2mesh::QualityReport& quality) {
                      {"centroid", {number(tet.centroid[0]), number(tet.centroid[1]), number(tet.centroid[2])}},
                      {"cause", to_string(tet.cause)}});
   json["worst"] = std::move(worst);
+  json["forced"] = {{"above", number(quality.forced.above)}, {"elements", quality.forced.elements},
+                    {"forced", quality.forced.forced()},     {"small_input_angle", quality.forced.small_input_angle},
+                    {"thin_wall", quality.forced.thin_wall}, {"worst_other", number(quality.forced.worst_other)}};
   return json;
+}
+
+// Null where nothing was found.
+Json minimum_json(const slice2mesh::SeparationMinimum& minimum) {
+  if (!minimum.found()) return nullptr;
+  return {{"size", number(minimum.size)},
+          {"at", {number(minimum.at[0]), number(minimum.at[1]), number(minimum.at[2])}},
+          {"plane", minimum.plane},
+          {"slab_below", minimum.slab_below},
+          {"slab_above", minimum.slab_above}};
+}
+
+Json separation_json(const slice2mesh::SeparationReport& separation) {
+  const auto figures = [](const slice2mesh::SeparationFigures& f) -> Json {
+    return {{"vertices", minimum_json(f.vertices)},     {"vertex_edge", minimum_json(f.vertex_edge)},
+            {"angle", minimum_json(f.angle)},           {"close_vertices", f.close_vertices},
+            {"close_vertex_edge", f.close_vertex_edge}, {"sharp", f.sharp}};
+  };
+  return {{"tolerance", number(separation.tolerance)},
+          {"shares", slice2mesh::kSeparationShares},
+          {"sharp_below", slice2mesh::kSeparationAngle},
+          {"between", figures(separation.between)},
+          {"within", figures(separation.within)}};
 }
 
 Json mesh_json(const slice2mesh::Result& result) {
@@ -199,6 +225,7 @@ std::string report_json(const MeshJob& job, const slice2mesh::Result& result) {
       {"eps", number(report.eps)},
       {"size", number(report.size)},
       {"deviation", {{"max", number(report.max_deviation)}, {"per_slab", numbers(report.deviation)}}},
+      {"separation", separation_json(report.separation)},
       {"tetrahedralizer",
        {{"name", report.tetrahedralizer}, {"mesher", job.mesher.mesher}, {"arguments", job.mesher.arguments}}},
       {"layers", report.layers ? layers_json(*report.layers) : Json(nullptr)},

@@ -61,8 +61,11 @@ struct InterfacePlane {
   return planes;
 }
 
-/// The overlay of one plane. A pure function of the two contours. Cost: O(n log n).
-[[nodiscard]] inline InterfacePlane lift(const Contours& contours, std::int32_t slab_below, std::int32_t slab_above) {
+namespace detail {
+
+/// The overlay of one plane with images and paths, but without the cells on the sides of the edges.
+[[nodiscard]] inline InterfacePlane lift_edges(const Contours& contours, std::int32_t slab_below,
+                                               std::int32_t slab_above) {
   InterfacePlane plane;
   plane.slab_below = slab_below;
   plane.slab_above = slab_above;
@@ -73,27 +76,11 @@ struct InterfacePlane {
   const Outline& below = slab_below != kNone ? contours.outlines[static_cast<std::size_t>(slab_below)] : nothing;
   const Outline& above = slab_above != kNone ? contours.outlines[static_cast<std::size_t>(slab_above)] : nothing;
   std::vector<TaggedSegment> segments;
-  detail::append_segments(below, 0, segments);
-  detail::append_segments(above, regions, segments);
+  append_segments(below, 0, segments);
+  append_segments(above, regions, segments);
   Attachment attachment;
   attachment.near = kAttachSteps * double(kContourStep);
   plane.overlay = snap_round(segments, attachment);
-  const PlanarTriangulation triangulation = triangulate(plane.overlay);
-  const ArrangementFaces faces = find_faces(plane.overlay, triangulation);
-
-  std::vector<std::array<Side, 2>> cells(faces.windings.size());
-  for (std::size_t f = 0; f < cells.size(); ++f)
-    for (const EdgeTag& tag : faces.windings[f]) {
-      if (tag.winding <= 0) continue;
-      Side& side = cells[f][tag.tag < regions ? 0 : 1];
-      const std::int32_t region = tag.tag < regions ? tag.tag : tag.tag - regions;
-      if (side.slab != kNone && side.region <= region) continue;
-      side = {tag.tag < regions ? slab_below : slab_above, region};
-    }
-  for (const auto& sides : faces.of_edge) {
-    plane.left.push_back(cells[static_cast<std::size_t>(sides[0])]);
-    plane.right.push_back(cells[static_cast<std::size_t>(sides[1])]);
-  }
   std::size_t segment = 0;
   const auto follow = [&](const Outline& outline, std::vector<std::int32_t>& image,
                           std::vector<std::vector<std::int32_t>>& paths) {
@@ -110,6 +97,31 @@ struct InterfacePlane {
   };
   follow(below, plane.below_image, plane.below_path);
   follow(above, plane.above_image, plane.above_path);
+  return plane;
+}
+
+}  // namespace detail
+
+/// The overlay of one plane. A pure function of the two contours. Cost: O(n log n).
+[[nodiscard]] inline InterfacePlane lift(const Contours& contours, std::int32_t slab_below, std::int32_t slab_above) {
+  InterfacePlane plane = detail::lift_edges(contours, slab_below, slab_above);
+  const auto regions = static_cast<std::int32_t>(contours.regions.size());
+  const PlanarTriangulation triangulation = triangulate(plane.overlay);
+  const ArrangementFaces faces = find_faces(plane.overlay, triangulation);
+
+  std::vector<std::array<Side, 2>> cells(faces.windings.size());
+  for (std::size_t f = 0; f < cells.size(); ++f)
+    for (const EdgeTag& tag : faces.windings[f]) {
+      if (tag.winding <= 0) continue;
+      Side& side = cells[f][tag.tag < regions ? 0 : 1];
+      const std::int32_t region = tag.tag < regions ? tag.tag : tag.tag - regions;
+      if (side.slab != kNone && side.region <= region) continue;
+      side = {tag.tag < regions ? slab_below : slab_above, region};
+    }
+  for (const auto& sides : faces.of_edge) {
+    plane.left.push_back(cells[static_cast<std::size_t>(sides[0])]);
+    plane.right.push_back(cells[static_cast<std::size_t>(sides[1])]);
+  }
   return plane;
 }
 

@@ -17,9 +17,11 @@
 #include "slice2mesh/core/slice_stack.hpp"
 #include "slice2mesh/fem/estimates.hpp"
 #include "slice2mesh/harmonize/harmonize.hpp"
+#include "slice2mesh/harmonize/separation.hpp"
 #include "slice2mesh/improve/improve.hpp"
 #include "slice2mesh/pipeline/options.hpp"
 #include "slice2mesh/plc/build_plc.hpp"
+#include "slice2mesh/quality/causes.hpp"
 #include "slice2mesh/quality/certificate.hpp"
 #include "slice2mesh/quality/quality.hpp"
 #include "slice2mesh/regions/base_plate.hpp"
@@ -43,6 +45,7 @@ struct Report {
   std::vector<double> deviation;  ///< #S: distance between contour and input slice, both ways
   /// The largest of `deviation`.
   double max_deviation = 0;
+  SeparationReport separation;  ///< how near contours come to each other and to themselves
   /// What was checked on the finished mesh.
   Certificate certificate;
   /// Figures of the elements.
@@ -154,6 +157,8 @@ inline void check_plate(const Options& options, const SlabPlan& plan) {
   harmonize_options.eps = options.eps.in_mm(plan.thickness);
   harmonize_options.contour_size = sizes.contour_size;
   const Contours contours = harmonize(regions, harmonize_options, result.diagnostics, progress);
+  report.separation = measure_separation(contours);
+  note_separation(report.separation, contours.slabs, result.diagnostics);
   clock.done(Stage::Harmonize);
   PlaneStack planes = triangulate_planes(contours, sizes, options.budget, progress);
   clock.done(Stage::Triangulate);
@@ -179,6 +184,7 @@ inline void check_plate(const Options& options, const SlabPlan& plan) {
   QualityOptions quality_options;
   quality_options.metric_l = sizes.size;
   quality_options.metric_h = plan.thickness;
+  quality_options.classify = default_cause(result.plc, contours.tolerance, &regions.outlines);
   report.quality = measure_quality(result.mesh, quality_options);
   clock.done(Stage::Quality);
 

@@ -83,7 +83,7 @@ namespace detail {
   using detail::padded_right;
   using detail::short_number;
   std::string text;
-  const auto line = [&text](const char* title, const std::string& value) {
+  const auto line = [&text](const std::string& title, const std::string& value) {
     text += padded_right(title, 20) + value + "\n";
   };
   line("tets", std::to_string(report.tets));
@@ -101,6 +101,11 @@ namespace detail {
   line("wrong slab label", std::to_string(report.mislabeled));
   line("flat or inverted", std::to_string(report.not_positive));
   line("columns", std::to_string(report.columns) + " (" + detail::percent(report.columns, report.tets) + ")");
+  line("R/3r above " + short_number(report.forced.above, 4),
+       std::to_string(report.forced.elements) + ", forced by the input " + std::to_string(report.forced.forced()) +
+           " (angle " + std::to_string(report.forced.small_input_angle) + ", thin wall " +
+           std::to_string(report.forced.thin_wall) + "); worst of the others " +
+           short_number(report.forced.worst_other, 4));
   text += "\nR/3r (bars logarithmic)\n" + format_histogram(report.ratio_histogram);
   text += "\ndihedral angles, degrees (bars logarithmic)\n" + format_histogram(report.dihedral_histogram);
   if (!report.worst.empty()) {

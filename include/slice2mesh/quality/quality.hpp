@@ -69,7 +69,9 @@ struct QualityOptions {
   double metric_l = 0;           ///< mm, >= 0: horizontal size of the metric figures; 0: left out
   double metric_h = 0;           ///< mm, >= 0: vertical size of the metric figures; 0: left out
   std::size_t worst_count = 10;  ///< how many worst elements are listed
-  /// Says why a listed element is bad, if set; its `cause` then holds what its own shape tells.
+  double forced_above = 15;      ///< elements with a larger R/3r are asked for their cause, see ForcedFigures
+  /// Says why an element is bad, if set; its `cause` then holds what its own shape tells. See default_cause
+  /// (quality/causes.hpp).
   std::function<Cause(const Mesh&, const WorstTet&)> classify;
 };
 
@@ -88,6 +90,18 @@ struct RatioFigures {
 struct Histogram {
   std::vector<double> edges;          ///< #bins + 1, ascending; the last one may be infinity
   std::vector<std::uint64_t> counts;  ///< #bins
+};
+
+/// Bad elements that the input forces: those with the cause SmallInputAngle or ThinWall. Without
+/// QualityOptions::classify no element counts as forced.
+struct ForcedFigures {
+  double above = 15;                  ///< the limit, as in the options
+  std::size_t elements = 0;           ///< elements with an R/3r above the limit
+  std::size_t small_input_angle = 0;  ///< of these, forced by a corner
+  std::size_t thin_wall = 0;          ///< of these, forced by a thin wall
+  double worst_other = 0;             ///< the largest R/3r of all elements but the forced ones above the limit
+
+  [[nodiscard]] std::size_t forced() const noexcept { return small_input_angle + thin_wall; }
 };
 
 /// What `measure_quality` finds. A mesh without tets has zeros everywhere.
@@ -116,6 +130,7 @@ struct QualityReport {
   std::vector<double> slab_volume;    ///< #S, mm^3, by label
   std::vector<double> region_volume;  ///< #R, mm^3, by label
   std::vector<WorstTet> worst;        ///< largest R/3r first, ties by index
+  ForcedFigures forced;               ///< what the input makes bad, apart
 };
 
 namespace detail {
@@ -189,6 +204,7 @@ private:
   if (!(options.metric_l >= 0) || std::isinf(options.metric_l)) throw OptionError("metric_l", "must be a length >= 0");
   if (!(options.metric_h >= 0) || std::isinf(options.metric_h)) throw OptionError("metric_h", "must be a length >= 0");
   detail::check_mesh_arrays(mesh, Stage::Quality);
+  if (!(options.forced_above >= 1)) throw OptionError("forced_above", "must be at least 1");
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const std::size_t tet_count = mesh.tets.size();
   QualityReport report;
@@ -196,6 +212,7 @@ private:
   report.tets = tet_count;
   report.metric_l = options.metric_l;
   report.metric_h = options.metric_h;
+  report.forced.above = options.forced_above;
   report.ratio_histogram.edges = {1, 1.1, 1.2, 1.3, 1.4, 1.5, 1.75, 2,  2.5, 3,
                                   4, 5,   6,   8,   10,  15,  20,   50, 100, kInfinity};
   report.ratio_histogram.counts.assign(report.ratio_histogram.edges.size() - 1, 0);
@@ -286,6 +303,32 @@ private:
   for (std::size_t s = 0; s < slab_volume.size(); ++s) report.slab_volume[s] = slab_volume[s].value();
   for (std::size_t r = 0; r < region_volume.size(); ++r) report.region_volume[r] = region_volume[r].value();
 
+  const auto describe = [&](std::size_t t) {
+    TetCorners p;
+    WorstTet w;
+    for (std::size_t i = 0; i < 4; ++i) {
+      p[i] = detail::vertex_of(mesh, t, i);
+      for (std::size_t k = 0; k < 3; ++k) w.centroid[k] += p[i][k] / 4;
+    }
+    const std::array<double, 6> angles = dihedral_angles(p);
+    const std::array<double, 6> lengths = edge_lengths(p);
+    w.tet = t;
+    w.slab = mesh.tet_slab[t];
+    w.region = mesh.tet_region[t];
+    w.ratio = ratios[t];
+    w.min_dihedral = *std::min_element(angles.begin(), angles.end());
+    w.max_dihedral = std::isinf(w.ratio) ? 180 : *std::max_element(angles.begin(), angles.end());
+    w.shortest_edge = *std::min_element(lengths.begin(), lengths.end());
+    w.longest_edge = *std::max_element(lengths.begin(), lengths.end());
+    const Slab& slab = mesh.slabs[static_cast<std::size_t>(w.slab)];
+    if (w.shortest_edge < detail::kShortEdge * std::min(w.longest_edge, slab.z_high - slab.z_low))
+      w.cause = Cause::ShortEdge;
+    else if (w.max_dihedral > detail::kFlatAngle)
+      w.cause = Cause::Flat;
+    if (options.classify) w.cause = options.classify(mesh, w);
+    return w;
+  };
+
   // The worst elements: a heap of the worst so far, the least bad of them on top.
   const std::size_t listed = std::min(options.worst_count, tet_count);
   if (listed > 0) {
@@ -303,31 +346,17 @@ private:
       std::push_heap(heap.begin(), heap.end(), worse);
     }
     std::sort_heap(heap.begin(), heap.end(), worse);
-    for (const std::size_t t : heap) {
-      TetCorners p;
-      WorstTet w;
-      for (std::size_t i = 0; i < 4; ++i) {
-        p[i] = detail::vertex_of(mesh, t, i);
-        for (std::size_t k = 0; k < 3; ++k) w.centroid[k] += p[i][k] / 4;
-      }
-      const std::array<double, 6> angles = dihedral_angles(p);
-      const std::array<double, 6> lengths = edge_lengths(p);
-      w.tet = t;
-      w.slab = mesh.tet_slab[t];
-      w.region = mesh.tet_region[t];
-      w.ratio = ratios[t];
-      w.min_dihedral = *std::min_element(angles.begin(), angles.end());
-      w.max_dihedral = std::isinf(w.ratio) ? 180 : *std::max_element(angles.begin(), angles.end());
-      w.shortest_edge = *std::min_element(lengths.begin(), lengths.end());
-      w.longest_edge = *std::max_element(lengths.begin(), lengths.end());
-      const Slab& slab = mesh.slabs[static_cast<std::size_t>(w.slab)];
-      if (w.shortest_edge < detail::kShortEdge * std::min(w.longest_edge, slab.z_high - slab.z_low))
-        w.cause = Cause::ShortEdge;
-      else if (w.max_dihedral > detail::kFlatAngle)
-        w.cause = Cause::Flat;
-      if (options.classify) w.cause = options.classify(mesh, w);
-      report.worst.push_back(w);
+    for (const std::size_t t : heap) report.worst.push_back(describe(t));
+  }
+  for (std::size_t t = 0; t < tet_count; ++t) {
+    if (ratios[t] > options.forced_above) {
+      ++report.forced.elements;
+      const Cause cause = options.classify ? describe(t).cause : Cause::Unknown;
+      if (cause == Cause::SmallInputAngle) ++report.forced.small_input_angle;
+      if (cause == Cause::ThinWall) ++report.forced.thin_wall;
+      if (cause == Cause::SmallInputAngle || cause == Cause::ThinWall) continue;
     }
+    report.forced.worst_other = std::max(report.forced.worst_other, ratios[t]);
   }
   report.ratio = detail::ratio_figures(ratios);
   if (with_metric) report.metric_ratio = detail::ratio_figures(metric_ratios);
