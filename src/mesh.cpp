@@ -98,6 +98,8 @@ int mesh_file(const MeshJob& job) {
   };
 
   MesherChoice choice = job.mesher;
+  choice.size = job.options.size.size;
+  choice.eps = job.options.eps;
   choice.time_limit = job.options.budget.time_limit;
   choice.max_tets = job.options.budget.max_tets;
   const slice2mesh::AnyTetrahedralizer mesher = make_mesher(choice);
