@@ -37,8 +37,10 @@ struct SeparationMinimum {
   std::array<double, 3> at{};                             ///< mm
   std::int32_t plane = kNone;                             ///< index of the plane, from the lowest one
   std::int32_t slab_below = kNone;                        ///< the slabs of the contours; the same one twice within one
+  /// See `slab_below`.
   std::int32_t slab_above = kNone;
 
+  /// True if there is any.
   [[nodiscard]] bool found() const { return plane != kNone; }
 };
 

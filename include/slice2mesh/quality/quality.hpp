@@ -101,6 +101,7 @@ struct ForcedFigures {
   std::size_t thin_wall = 0;          ///< of these, forced by a thin wall
   double worst_other = 0;             ///< the largest R/3r of all elements but the forced ones above the limit
 
+  /// Elements whose cause is in the input.
   [[nodiscard]] std::size_t forced() const noexcept { return small_input_angle + thin_wall; }
 };
 
