@@ -24,9 +24,7 @@ WORST = (15, 6)
 ANGLES = ((4, 172), (10, 160))  # degrees
 TETS = (1.3, 1.0)  # times the raw fill
 SECONDS = (20, 5)
-
-# Causes in the report that are the part's own: an input angle below 20 degrees, a wall thinner than eps.
-FORCED = ("small_input_angle", "thin_wall")
+FORCED_ABOVE = WORST[0]  # what the input forces is told apart above this R/3r
 
 # Tets of an experimental fill without any removal of slivers (eps = 0.1h, l = 2h, no supports): the measure of mesh size.
 RAW_FILL = {
@@ -183,11 +181,8 @@ class Run:
         self.raw = self.tets / RAW_FILL[name] if name in RAW_FILL else None
         self.certified = self.report["certificate"]["passed"]
         self.stages = self.report["seconds"]
-        # The report lists the worst elements, largest R/3r first: those that the input forces are told apart from the others.
-        self.forced = [tet for tet in self.worst if tet["cause"] in FORCED]
-        free = [tet for tet in self.worst if tet["cause"] not in FORCED]
-        # If all that are listed are forced, the last of them bounds the others from above.
-        self.worst_free = free[0]["ratio"] if free else self.worst[-1]["ratio"]
+        self.forced = quality["forced"]
+        self.separation = self.report["separation"]
         self.scaled = MetricFigures(stem, self.l, self.h) if os.path.exists(stem + ".node") else None
 
     def angle_grade(self, angles):
@@ -200,7 +195,7 @@ class Run:
         """Name of the figure: (text, grade). Grade None: there is nothing to compare with."""
         ratio = self.metric if metric else self.ratio
         angles = self.scaled.angles if metric else self.angles
-        worst = ratio["worst"] if metric else self.worst_free
+        worst = ratio["worst"] if metric else self.forced["worst_other"]
         cells = {
             "crossing": (count(self.crossing), 2 if self.crossing == 0 else 0),
             "mean": (short(ratio["mean"]), grade(ratio["mean"], MEAN)),
@@ -259,8 +254,8 @@ def goals_summary(runs, metric=False):
 
 
 def details_table(runs):
-    header = ["file", "slabs", "h (mm)", "l (mm)", "tets", "vertices", "median", "99 %", "columns", "worst of all", "cause", "forced",
-              "MiB", "longest stage"]
+    header = ["file", "slabs", "h (mm)", "l (mm)", "tets", "vertices", "median", "99 %", "columns", "worst of all", "cause",
+              "forced above %g" % FORCED_ABOVE, "MiB", "longest stage"]
     rows = []
     for run in runs:
         if run.code != 0:
@@ -271,9 +266,29 @@ def details_table(runs):
             run.name, count(run.slabs), short(run.h), short(run.l), count(run.tets), count(run.vertices), short(run.ratio["median"]),
             short(run.ratio["p99"]), "%.0f %%" % (100 * run.columns), short(run.ratio["worst"]),
             run.worst[0]["cause"].replace("_", " ") if run.worst else "-",
-            "%d%s" % (len(run.forced), " or more" if run.worst and len(run.forced) == len(run.worst) else ""),
+            "%d of %d" % (run.forced["forced"], run.forced["elements"]),
             "%.0f" % run.mib, "%s, %.0f %%" % (stage, 100 * run.stages.get(stage, 0) / total)
         ])
+    return table(header, rows)
+
+
+def separation_table(runs):
+    """How near contours come, in shares of eps and degrees, and how many are nearer than harmonization aims at."""
+    header = ["file", "between layers: vertices", "vertex and edge", "angle", "nearer", "sharper", "within one contour: vertices",
+              "vertex and edge", "angle", "nearer", "sharper"]
+    rows = []
+    for run in runs:
+        if run.code != 0:
+            continue
+        row = [run.name]
+        for kind in ("between", "within"):
+            figures = run.separation[kind]
+            eps = run.separation["tolerance"]
+            for name in ("vertices", "vertex_edge"):
+                row.append("-" if figures[name] is None or not eps else short(figures[name]["size"] / eps, 3))
+            row.append("-" if figures["angle"] is None else short(figures["angle"]["size"], 3))
+            row += [count(figures["close_vertices"][-1] + figures["close_vertex_edge"][-1]), count(figures["sharp"])]
+        rows.append(row)
     return table(header, rows)
 
 
@@ -352,7 +367,7 @@ def main():
         version, done, every, "every one certified" if certified else "NOT all certified",
         "of a single run" if repeated == 1 else "medians of %d runs" % repeated)
     text += "\n### Default options\n\n`%s`\n\n" % options["default"]
-    text += goals_summary(first) + "\n" + goals_table(first) + "\n" + details_table(first)
+    text += goals_summary(first) + "\n" + goals_table(first) + "\n" + details_table(first) + "\n" + separation_table(first)
     text += "\n### Beside other tools\n\n" + comparison(first)
     if "size10h" in runs:
         text += "\n### Long elements\n\n`%s`: figures in the metric diag(1/l^2, 1/l^2, 1/h^2) against the same goals.\n\n" % (
