@@ -73,7 +73,7 @@ inline void subdivide(Outline& outline, double longest) {
   constexpr double kStraight = 0.9, kDiagonal = 0.68;  // so their lines are nearer; of the longest edge
   constexpr double kFromEnds = 0.4;                    // of the step; no split nearer to an end
   std::vector<Outline::Edge> edges;
-  std::vector<GridPoint> splits;
+  std::vector<GridPoint> splits, points;
   for (const Outline::Edge& e : outline.edges) {
     const GridPoint a = outline.vertices[static_cast<std::size_t>(e.a)],
                     b = outline.vertices[static_cast<std::size_t>(e.b)];
@@ -91,12 +91,19 @@ inline void subdivide(Outline& outline, double longest) {
         if (std::min(distance(a, p), distance(p, b)) >= kFromEnds * double(step)) splits.push_back(p);
       }
       if (from > to) std::reverse(splits.begin(), splits.end());
-      // An edge without a line in its middle part.
-      if (splits.empty() && length > 1.5 * longest) splits.push_back(contour_point_between(a, b, 0.5));
+    }
+    // Where the last line is far from an end, or there is none, the rest is halved.
+    points.assign(1, a);
+    splits.push_back(b);
+    for (const GridPoint& p : splits) {
+      const GridPoint q = points.back();
+      const auto count = static_cast<std::int64_t>(std::ceil(distance(q, p) / longest));
+      for (std::int64_t i = 1; i < count; ++i) points.push_back(contour_point_between(q, p, double(i) / double(count)));
+      points.push_back(p);
     }
     std::int32_t last_vertex = e.a;
-    for (const GridPoint& p : splits) {
-      outline.vertices.push_back(p);
+    for (std::size_t i = 1; i + 1 < points.size(); ++i) {
+      outline.vertices.push_back(points[i]);
       const auto v = static_cast<std::int32_t>(outline.vertices.size()) - 1;
       edges.push_back({last_vertex, v, e.left, e.right});
       last_vertex = v;
