@@ -178,6 +178,10 @@ inline void subdivide(Outline& outline, double longest) {
           outline =
               detail::open_difference(outline, result.outlines[s - 1], static_cast<std::int32_t>(input.regions.size()),
                                       share * eps * detail::kOpeningShare, limits);
+      } else {
+        // As open_difference does at its end, so that the same slice gets the same contour wherever it is.
+        detail::simplify(outline, {}, {double(kContourStep), 0, 0, longest});
+        detail::normalize(outline);
       }
       deviation = detail::deviation(outline, own, detail::kResolutionShare * eps);
       if (deviation <= eps) break;
