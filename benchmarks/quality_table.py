@@ -25,6 +25,16 @@ ANGLES = ((4, 172), (10, 160))  # degrees
 TETS = (1.3, 1.0)  # times the raw fill
 SECONDS = (20, 5)
 FORCED_ABOVE = WORST[0]  # what the input forces is told apart above this R/3r
+GOALS = {
+    "crossing": ("0", "0"),
+    "mean": ("<= %g" % MEAN[0], "<= %g" % MEAN[1]),
+    "99.9 %": ("<= %g" % P999[0], "<= %g" % P999[1]),
+    "worst": ("<= %g" % WORST[0], "<= %g" % WORST[1]),
+    "dihedral angles": ("%g to %g" % ANGLES[0], "%g to %g" % ANGLES[1]),
+    "tets / raw fill": ("<= %g" % TETS[0], "<= %g" % TETS[1]),
+    "deviation / eps": ("<= 1", "<= 1"),
+    "seconds": ("<= %g" % SECONDS[0], "<= %g" % SECONDS[1]),
+}
 
 # Tets of an experimental fill without any removal of slivers (eps = 0.1h, l = 2h, no supports): the measure of mesh size.
 RAW_FILL = {
@@ -216,7 +226,7 @@ def table(header, rows):
 
 
 def goals_table(runs, metric=False):
-    figures = ["crossing", "mean", "99.9 %", "worst", "dihedral angles", "tets / raw fill", "deviation / eps", "seconds"]
+    figures = list(GOALS)
     rows = []
     for run in runs:
         if run.code != 0:
@@ -227,30 +237,30 @@ def goals_table(runs, metric=False):
     return table(["file"] + figures, rows)
 
 
-def goals_summary(runs, metric=False):
-    """A line per figure: on how many files the goals are met, and which miss the must. A file without a mesh misses all of them."""
-    done = [run for run in runs if run.code == 0]
-    none = ["%s (no mesh)" % run.name for run in runs if run.code != 0]
-    rows = []
-    graded = {run.name: run.grades(metric) for run in done}
-    wanted = {
-        "crossing": ("0", "0"),
-        "mean": ("<= %g" % MEAN[0], "<= %g" % MEAN[1]),
-        "99.9 %": ("<= %g" % P999[0], "<= %g" % P999[1]),
-        "worst": ("<= %g" % WORST[0], "<= %g" % WORST[1]),
-        "dihedral angles": tuple("%g to %g" % pair for pair in ANGLES),
-        "tets / raw fill": tuple("<= %g" % factor for factor in TETS),
-        "deviation / eps": ("<= 1", "<= 1"),
-        "seconds": tuple("<= %g" % s for s in SECONDS),
-    }
-    for figure, (must, aim) in wanted.items():
-        cells = {name: cells[figure] for name, cells in graded.items() if cells[figure][1] is not None}
-        met = sum(1 for _, level in cells.values() if level >= 1)
-        best = sum(1 for _, level in cells.values() if level == 2)
-        missed = ["%s (%s)" % (name, text) for name, (text, level) in cells.items() if level == 0] + none
-        of = len(cells) + len(none)
-        rows.append([figure, must, "%d of %d" % (met, of), ", ".join(missed) or "-", aim, "%d of %d" % (best, of)])
-    return table(["figure", "must", "met by", "missed by", "aim", "met by"], rows)
+class Summary:
+    """On how many files the goals of each figure are met, and which miss the must. A file without a mesh misses all of them."""
+
+    def __init__(self, runs, metric=False):
+        none = [(run.name, "no mesh") for run in runs if run.code != 0]
+        graded = {run.name: run.grades(metric) for run in runs if run.code == 0}
+        self.rows = []  # figure, goals, files compared, [(file, figure) that misses the must], files that meet the aim
+        for figure, goals in GOALS.items():
+            cells = {name: cells[figure] for name, cells in graded.items() if cells[figure][1] is not None}
+            missed = [(name, text) for name, (text, level) in cells.items() if level == 0] + none
+            best = sum(level == 2 for _, level in cells.values())
+            self.rows.append((figure, goals, len(cells) + len(none), missed, best))
+
+    def table(self):
+        rows = []
+        for figure, (must, aim), of, missed, best in self.rows:
+            names = ", ".join("%s (%s)" % pair for pair in missed) or "-"
+            rows.append([figure, must, "%d of %d" % (of - len(missed), of), names, aim, "%d of %d" % (best, of)])
+        return table(["figure", "must", "met by", "missed by", "aim", "met by"], rows)
+
+    def sentence(self):
+        met = [figure for figure, _, _, missed, _ in self.rows if not missed]
+        missed = ["%s on %d of %d files" % (figure, len(missed), of) for figure, _, of, missed, _ in self.rows if missed]
+        return "musts met on all files: %s; missed: %s." % (", ".join(met) or "none", ", ".join(missed) or "none")
 
 
 def details_table(runs):
@@ -366,16 +376,28 @@ def main():
     text = "Version %s; %d of %d meshes made, %s; times are %s.\n" % (
         version, done, every, "every one certified" if certified else "NOT all certified",
         "of a single run" if repeated == 1 else "medians of %d runs" % repeated)
-    text += "\n### Default options\n\n`%s`\n\n" % options["default"]
-    text += goals_summary(first) + "\n" + goals_table(first) + "\n" + details_table(first) + "\n" + separation_table(first)
-    text += "\n### Beside other tools\n\n" + comparison(first)
-    if "size10h" in runs:
-        text += "\n### Long elements\n\n`%s`: figures in the metric diag(1/l^2, 1/l^2, 1/h^2) against the same goals.\n\n" % (
-            options["size10h"])
-        text += goals_summary(runs["size10h"], True) + "\n" + goals_table(runs["size10h"], True) + "\n" + both_table(runs["size10h"])
-    if "lump3" in runs:
-        text += "\n### Bundles of three slices\n\n`%s`\n\n" % options["lump3"]
-        text += goals_summary(runs["lump3"]) + "\n" + goals_table(runs["lump3"]) + "\n" + details_table(runs["lump3"])
+    sections = [("default", "Default options", False), ("size10h", "Long elements", True), ("lump3", "Bundles of three slices", False)]
+    summaries = {key: Summary(runs[key], metric) for key, _, metric in sections if key in runs}
+    text += "\n" + "".join("* %s: %s\n" % (title, summaries[key].sentence()) for key, title, _ in sections if key in runs)
+    done = [run for run in first if run.code == 0]
+    bad = [run for run in done if run.ratio["worst"] is None or run.ratio["worst"] > WORST[1]]
+    causes = sorted(run.worst[0]["cause"].replace("_", " ") for run in bad)
+    text += "* Default options, the worst element of the %d files where it is above %g: cause %s" % (
+        len(bad), WORST[1], ", ".join("%s (%d)" % (cause, causes.count(cause)) for cause in sorted(set(causes))) or "-")
+    edges = sorted(run.worst[0]["shortest_edge"] / run.eps for run in bad if run.eps)
+    text += "; shortest edge %s to %s eps.\n" % (short(edges[0], 2), short(edges[-1], 2)) if edges else ".\n"
+    text += "* Default options, forced by the input: %s of %s elements above %g.\n" % (
+        count(sum(run.forced["forced"] for run in done)), count(sum(run.forced["elements"] for run in done)), FORCED_ABOVE)
+    for key, title, metric in sections:
+        if key not in runs:
+            continue
+        text += "\n### %s\n\n`%s`" % (title, options[key])
+        if metric:
+            text += ": figures in the metric diag(1/l^2, 1/l^2, 1/h^2) against the same goals."
+        text += "\n\n" + summaries[key].table() + "\n" + goals_table(runs[key], metric) + "\n"
+        text += both_table(runs[key]) if metric else details_table(runs[key])
+        if key == "default":
+            text += "\n" + separation_table(first) + "\n### Beside other tools\n\n" + comparison(first)
     if page == "-":
         print(text)
         return
