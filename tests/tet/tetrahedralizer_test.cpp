@@ -281,6 +281,36 @@ TEST_CASE("coordinates that another program rounded are made exact again") {
   CHECK(restore_layers(raw, good.plc, as_is).mesh.vertices != good.mesh.vertices);
 }
 
+TEST_CASE("a sliver that a mesher leaves next to a plane is not made flat") {
+  const Sample& good = sample();
+  RawTets raw = raw_of(good.mesh);
+  // Four vertices of one plane, one of them lifted by less than the snap, and a tet of the mesh that moves with it.
+  std::vector<std::int32_t> level;
+  for (std::size_t v = 0; v < raw.vertices.size() && level.size() < 4; ++v) {
+    if (raw.vertices[v][2] != raw.vertices[0][2]) continue;
+    level.push_back(std::int32_t(v));
+    if (level.size() < 3) continue;
+    const auto at = [&](std::size_t k) { return raw.vertices[std::size_t(level[k])]; };
+    const std::array<double, 3> a = at(0), b = at(1), c = at(level.size() - 1);
+    if ((b[0] - a[0]) * (c[1] - a[1]) == (b[1] - a[1]) * (c[0] - a[0])) level.pop_back();  // collinear
+  }
+  REQUIRE(level.size() == 4);
+  raw.vertices[std::size_t(level[3])][2] += 1e-12;
+  raw.tets.push_back({level[0], level[1], level[2], level[3]});
+  const auto flat = [](const RawTets& from, const RestoreOptions& options, const Plc& plc) {
+    const Mesh mesh = restore_layers(from, plc, options).mesh;
+    std::size_t count = 0;
+    for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+      const auto corner = [&](std::size_t k) { return mesh.vertices[std::size_t(mesh.tets[t][k])]; };
+      if (detail::exact_volume(corner(0), corner(1), corner(2), corner(3)).sign <= 0) ++count;
+    }
+    return count;
+  };
+  RestoreOptions options;
+  options.outside = OutsideTets::Keep;
+  CHECK(flat(raw, options, good.plc) == 0);
+}
+
 TEST_CASE("tets that are not sound are refused with a typed error") {
   const Sample& good = sample();
   RawTets raw = raw_of(good.mesh);

@@ -25,6 +25,7 @@
 #include "slice2mesh/core/plc.hpp"
 #include "slice2mesh/fem/boundary_sets.hpp"
 #include "slice2mesh/plc/plc_checks.hpp"
+#include "slice2mesh/quality/certificate.hpp"
 #include "slice2mesh/quality/quality.hpp"
 
 namespace slice2mesh {
@@ -48,6 +49,7 @@ struct RestoreOptions {
   OutsideTets outside = OutsideTets::Drop;
   /// Vertices nearer than this to a plane, or to a vertex of the complex, are put there: what other programs rounded is
   /// made exact again. A share of the diagonal of the bounding box, in [0, 1e-3]; far below any feature of a complex.
+  /// Vertices of tets that would become flat or turn over stay where they are.
   double snap = 1e-9;
 };
 
@@ -346,6 +348,32 @@ inline void snap_vertices(std::vector<std::array<double, 3>>& vertices, const Pl
   }
 }
 
+/// Takes back what made a tet flat or turned it over: four vertices near one plane, which some meshers leave as a
+/// sliver there, lie in it once they are put on it. `before`: the vertices as the mesher gave them. Ends, as every
+/// round takes back a move; cost: linear where little is taken back.
+inline void unsnap_flat_tets(std::vector<std::array<double, 3>>& vertices,
+                             const std::vector<std::array<double, 3>>& before,
+                             const std::vector<std::array<std::int32_t, 4>>& tets) {
+  const auto sign = [&tets](const std::vector<std::array<double, 3>>& points, std::size_t t) {
+    const auto corner = [&](std::size_t k) { return points[static_cast<std::size_t>(tets[t][k])]; };
+    return exact_volume(corner(0), corner(1), corner(2), corner(3)).sign;
+  };
+  bool again = true;
+  while (again) {
+    again = false;
+    for (std::size_t t = 0; t < tets.size(); ++t) {
+      const auto moved = [&](std::int32_t v) {
+        return vertices[static_cast<std::size_t>(v)] != before[static_cast<std::size_t>(v)];
+      };
+      if (std::none_of(tets[t].begin(), tets[t].end(), moved)) continue;
+      const int was = sign(before, t);
+      if (was == 0 || sign(vertices, t) == was) continue;
+      for (const std::int32_t v : tets[t]) vertices[static_cast<std::size_t>(v)] = before[static_cast<std::size_t>(v)];
+      again = true;
+    }
+  }
+}
+
 /// A normal this near to the vertical (cosine) makes a face of an approximated skin one that faces up or down.
 inline constexpr double kHorizontalCosine = 0.70710678118654752;
 
@@ -466,7 +494,11 @@ inline constexpr double kHorizontalCosine = 0.70710678118654752;
 
   const double diagonal = detail::diagonal_of(plc);
   const double tolerance = detail::kCrossingTolerance * diagonal;
-  if (options.snap > 0) detail::snap_vertices(raw.vertices, plc, options.snap * diagonal);
+  if (options.snap > 0) {
+    const std::vector<std::array<double, 3>> before = raw.vertices;
+    detail::snap_vertices(raw.vertices, plc, options.snap * diagonal);
+    detail::unsnap_flat_tets(raw.vertices, before, raw.tets);
+  }
   detail::CellLocator cells(plc);
   RestoredMesh result;
   Mesh& mesh = result.mesh;
