@@ -27,6 +27,16 @@ __extension__ typedef unsigned __int128 Uint128;
   return sign(cross(a, b, c));
 }
 
+/// Do the closed segments ab and cd have a point in common? Exact; segments on one line are told by their boxes.
+[[nodiscard]] constexpr bool segments_meet(const GridPoint& a, const GridPoint& b, const GridPoint& c,
+                                           const GridPoint& d) noexcept {
+  const auto apart = [](std::int64_t p, std::int64_t q, std::int64_t r, std::int64_t s) {
+    return (p < q ? q : p) < (r < s ? r : s) || (r < s ? s : r) < (p < q ? p : q);
+  };
+  if (apart(a.x, b.x, c.x, d.x) || apart(a.y, b.y, c.y, d.y)) return false;
+  return orientation(a, b, c) * orientation(a, b, d) <= 0 && orientation(c, d, a) * orientation(c, d, b) <= 0;
+}
+
 /// (b - a) . (c - a), exact.
 [[nodiscard]] constexpr Int128 dot(const GridPoint& a, const GridPoint& b, const GridPoint& c) noexcept {
   return Int128(b.x - a.x) * (c.x - a.x) + Int128(b.y - a.y) * (c.y - a.y);

@@ -64,6 +64,15 @@ public:
   [[nodiscard]] double distance(const GridPoint& p, double limit = std::numeric_limits<double>::infinity()) const {
     return nearest(p, limit).distance;
   }
+  /// Calls f(segment) for the segments that are nearer than `pad` pitches to the segment ab, for some of them more than
+  /// once, and perhaps for others near by.
+  template <class F>
+  void for_each_near(const GridPoint& a, const GridPoint& b, std::int64_t pad, F&& f) const {
+    if (segments_.empty()) return;
+    buckets_.for_each_on(a, b, pad, [&](std::size_t cell) {
+      for (std::size_t i = start_[cell]; i < start_[cell + 1]; ++i) f(items_[i]);
+    });
+  }
   [[nodiscard]] double distance_to(std::size_t segment, const GridPoint& p) const {
     return segment_distance(p, segments_[segment].first, segments_[segment].second);
   }

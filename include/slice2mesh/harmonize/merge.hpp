@@ -12,6 +12,7 @@
 
 #include "slice2mesh/arrange/exact.hpp"
 #include "slice2mesh/arrange/outline.hpp"
+#include "slice2mesh/arrange/segment_index.hpp"
 #include "slice2mesh/harmonize/simplify.hpp"
 
 namespace slice2mesh::detail {
@@ -172,6 +173,20 @@ inline void move_vertices(Outline& outline, std::vector<VertexMove> moves) {
   for (std::size_t v = 0; v < outline.vertices.size(); ++v) present[v] = !neighbors[v].empty();
   std::vector<std::int32_t> at(outline.vertices.size());  // index into points where a vertex is now
   for (std::size_t v = 0; v < at.size(); ++v) at[v] = std::int32_t(v);
+  // Edges are found where they were at first, by a search that is wider by the longest move.
+  const SegmentIndex edges(outline);
+  const auto reach = std::int64_t(std::ceil(moves.back().length)) + 1;
+  const auto crosses = [&](std::int32_t v, const GridPoint& target) {
+    bool found = false;
+    const GridPoint& p = points[std::size_t(at[std::size_t(v)])];
+    edges.for_each_near(p, target, reach, [&](std::size_t e) {
+      const Outline::Edge& edge = outline.edges[e];
+      if (found || edge.a == v || edge.b == v) return;
+      found = segments_meet(p, target, points[std::size_t(at[std::size_t(edge.a)])],
+                            points[std::size_t(at[std::size_t(edge.b)])]);
+    });
+    return found;
+  };
   for (std::size_t k = 0; k < moves.size(); ++k) {
     const VertexMove& m = moves[k];
     const std::int32_t to = first + std::int32_t(k);
@@ -180,7 +195,8 @@ inline void move_vertices(Outline& outline, std::vector<VertexMove> moves) {
     for (const std::int32_t x : neighbors[std::size_t(m.vertex)])
       possible =
           possible && triangle_is_empty(index, points, at[std::size_t(m.vertex)], to, at[std::size_t(x)], absent);
-    if (!possible) continue;
+    // With no vertex in the triangles an edge can only come in and go out next to the target.
+    if (!possible || crosses(m.vertex, m.target)) continue;
     present[std::size_t(at[std::size_t(m.vertex)])] = 0;
     present[std::size_t(to)] = 1;
     at[std::size_t(m.vertex)] = to;
