@@ -41,6 +41,15 @@ std::optional<slice2mesh::Length> parse_length(std::string_view text) {
   return std::nullopt;
 }
 
+std::optional<std::pair<std::int32_t, slice2mesh::Length>> parse_part_length(std::string_view text) {
+  std::int32_t part = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), part);
+  if (error != std::errc() || end == text.data() + text.size() || *end != ':') return std::nullopt;
+  const auto length = parse_length(text.substr(static_cast<std::size_t>(end - text.data()) + 1));
+  if (!length) return std::nullopt;
+  return std::make_pair(part, *length);
+}
+
 std::string to_text(const slice2mesh::Length& length) {
   std::array<char, 32> buffer{};
   const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), length.value);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "slice2mesh/core/length.hpp"
 
@@ -21,6 +22,9 @@ namespace slice2mesh_program {
 /// "0.1" or "0.1mm": millimetres; "0.1h": layer thicknesses. Finite and not negative, and nothing else around it;
 /// otherwise nothing.
 [[nodiscard]] std::optional<slice2mesh::Length> parse_length(std::string_view text);
+
+/// "7:0.2": a part id, which may be negative, and a length; otherwise nothing.
+[[nodiscard]] std::optional<std::pair<std::int32_t, slice2mesh::Length>> parse_part_length(std::string_view text);
 
 /// How a length is written: "0.1" or "0.1h". The shortest text that gives the same number.
 [[nodiscard]] std::string to_text(const slice2mesh::Length& length);

@@ -136,6 +136,19 @@ void add_meshing_options(CLI::App& app, slice2mesh::Options& options) {
   const std::string supports = "Supports (open lines)";
   add_length(app, "--support-radius", options.supports.radius, "Half the width of a line; 0: left out")
       ->group(supports);
+  app.add_option_function<std::vector<std::string>>(
+         "--support-radius-of",
+         [&options](const std::vector<std::string>& given) {
+           for (const std::string& text : given) {
+             const auto radius = parse_part_length(text);
+             if (!radius) throw CLI::ValidationError("--support-radius-of", "'" + text + "' is not a PART:LENGTH");
+             options.supports.part_radius[radius->first] = radius->second;
+           }
+         },
+         "The same for the lines of one part id (7:0.2), in place of --support-radius; repeatable")
+      ->type_name("PART:LENGTH")
+      ->allow_extra_args(false)
+      ->group(supports);
   add_choice<LineCap>(app, "--support-cap", options.supports.cap,
                       {{"round", LineCap::Round}, {"square", LineCap::Square}, {"flat", LineCap::Flat}},
                       "Ends of a line")

@@ -31,6 +31,8 @@ Json options_json(const slice2mesh::Options& options) {
   const auto cap = [](LineCap value) {
     return value == LineCap::Round ? "round" : value == LineCap::Square ? "square" : "flat";
   };
+  Json part_radius = Json::object();
+  for (const auto& [part, radius] : options.supports.part_radius) part_radius[std::to_string(part)] = to_text(radius);
   return {
       {"slabs",
        {{"z_convention", to_string(options.slabs.z_convention)},
@@ -39,6 +41,7 @@ Json options_json(const slice2mesh::Options& options) {
         {"with_open_lines", options.slabs.with_open_lines}}},
       {"supports",
        {{"radius", to_text(options.supports.radius)},
+        {"part_radius", part_radius},
         {"cap", cap(options.supports.cap)},
         {"join", options.supports.join == slice2mesh::LineJoin::Round ? "round" : "miter"},
         {"miter_limit", number(options.supports.miter_limit)},

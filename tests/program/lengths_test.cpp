@@ -42,6 +42,20 @@ TEST_CASE("a zero with a minus sign is zero") {
   CHECK_FALSE(std::signbit(length->value));
 }
 
+TEST_CASE("the length of a part has its id before it") {
+  const auto radius = parse_part_length("7:0.2h");
+  REQUIRE(radius);
+  CHECK(radius->first == 7);
+  CHECK(radius->second.value == 0.2);
+  CHECK(radius->second.relative);
+  CHECK(parse_part_length("-1:0")->first == -1);
+  for (const char* text : {"", ":", "7", "7:", ":0.2", "7=0.2", " 7:0.2", "7 :0.2", "7: 0.2", "7:0.2:1", "0.5:1",
+                           "7:-1", "99999999999:1", "+7:1"}) {
+    INFO("'" << text << "'");
+    CHECK_FALSE(parse_part_length(text));
+  }
+}
+
 TEST_CASE("the text of a length gives the same length again") {
   constexpr std::uint64_t kSeed = 20240611;
   INFO("seed " << kSeed);

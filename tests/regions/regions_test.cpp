@@ -6,7 +6,10 @@
 #include <CGAL/Polygon_set_2.h>
 
 #include <cmath>
+#include <cstdint>
 #include <list>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "plc/chain.hpp"
@@ -187,6 +190,81 @@ TEST_CASE("a thickened line has the area of its strip and its ends") {
   const double round = area_of(regions_of({line}, radius, nullptr, LineCap::Round));
   CHECK(round <= 2 * radius * length + kPi * radius * radius);
   CHECK(round >= 2 * radius * length + 0.85 * kPi * radius * radius);
+}
+
+TEST_CASE("each support line has the radius of its part, or the one that it is given for itself") {
+  // Straight walls that do not touch: areas tell which line became how wide. With flat ends 2 r times the length.
+  const double length = 5;
+  std::vector<Polyline> lines;
+  for (std::int32_t part : {1, 2, 2, 3}) {
+    Polyline line;
+    line.part = part;
+    line.direction = Direction::Open;
+    const double x = 3.0 * static_cast<double>(lines.size());
+    line.points = {{x, 0}, {x, length}};
+    lines.push_back(line);
+  }
+  const SliceStack stack = stack_of({lines});
+  SlabOptions slab_options;
+  slab_options.thickness = 0.5;
+  Diagnostics diagnostics;
+  const SlabPlan plan = make_slabs(stack, slab_options, diagnostics);
+  ThickenOptions options;
+  options.cap = LineCap::Flat;
+  options.radius = Length::mm(0.25);
+  options.part_radius = {{2, Length::layers(1)}, {3, Length::mm(0)}, {99, Length::mm(1)}};
+  const auto areas = [&] {
+    diagnostics = {};
+    const LayerRegions regions = build_regions(stack, plan, options, diagnostics);
+    std::map<std::int32_t, double> result;
+    for (std::size_t r = 0; r < regions.regions.size(); ++r)
+      result[regions.regions[r].part] = area_of(regions, static_cast<std::int32_t>(r));
+    return result;
+  };
+  auto found = areas();
+  CHECK(found.size() == 2);
+  CHECK(found[1] == Approx(2 * 0.25 * length).epsilon(1e-9));
+  CHECK(found[2] == Approx(2 * 2 * 0.5 * length).epsilon(1e-9));
+  CHECK(diagnostics.count("supports_left_out") == 1);
+
+  options.line_radius = [&lines](const Polyline& line, std::int32_t layer) {
+    CHECK(layer == 0);
+    return Length::mm(line == lines[1] ? 0.125 : line == lines[3] ? 0.5 : 0.0);
+  };
+  found = areas();
+  CHECK(found.size() == 2);
+  CHECK(found[2] == Approx(2 * 0.125 * length).epsilon(1e-9));
+  CHECK(found[3] == Approx(2 * 0.5 * length).epsilon(1e-9));
+  CHECK(diagnostics.count("supports_left_out") == 2);
+}
+
+TEST_CASE("radii that are no lengths are refused, with the name of the option") {
+  Polyline line;
+  line.part = 4;
+  line.direction = Direction::Open;
+  line.points = {{0, 0}, {1, 0}};
+  const auto option_of = [&line](const ThickenOptions& options) {
+    try {
+      (void)support_radius(options, line, 0, 1);
+      detail::check_support_radii(options, 1);
+    } catch (const OptionError& error) {
+      return error.option();
+    }
+    return std::string("none");
+  };
+  for (const double bad : {-1.0, HUGE_VAL, std::nan("")}) {
+    ThickenOptions options;
+    CHECK(option_of(options) == "none");
+    options.part_radius[4] = Length::mm(bad);
+    CHECK(option_of(options) == "supports.part_radius");
+    options.part_radius = {{5, Length::mm(bad)}};  // also where no line has the part id
+    CHECK(option_of(options) == "supports.part_radius");
+    options.line_radius = [bad](const Polyline&, std::int32_t) { return Length::layers(bad); };
+    CHECK(option_of(options) == "supports.line_radius");
+    options = {};
+    options.radius = Length::mm(bad);
+    CHECK(option_of(options) == "supports.radius");
+  }
 }
 
 TEST_CASE("without a support radius open lines are left out, and this is said") {

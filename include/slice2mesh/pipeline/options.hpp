@@ -4,9 +4,12 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <map>
 
 #include "slice2mesh/core/length.hpp"
 #include "slice2mesh/core/progress.hpp"
+#include "slice2mesh/core/slice_stack.hpp"
 
 namespace slice2mesh {
 
@@ -44,6 +47,12 @@ enum class LineJoin : std::uint8_t { Round, Miter };
 /// From open lines to areas.
 struct ThickenOptions {
   Length radius = Length::mm(0);  ///< half the width of a support line; 0: supports are left out
+  /// Half the width of the lines of single part ids, in place of `radius`; 0: they are left out.
+  std::map<std::int32_t, Length> part_radius;
+  /// If set, half the width of each line, in place of both: of an open polyline as it is in the stack (points in file
+  /// units) and the index of its layer there. The same for the same line, whenever it is asked; 0: the line is left
+  /// out.
+  std::function<Length(const Polyline& line, std::int32_t layer)> line_radius;
   /// Ends of lines.
   LineCap cap = LineCap::Square;
   /// Corners of lines.

@@ -14,24 +14,28 @@
 #include "slice2mesh/core/diagnostics.hpp"
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/core/plc.hpp"
+#include "slice2mesh/core/separate.hpp"
 #include "slice2mesh/core/slice_stack.hpp"
 #include "slice2mesh/fem/estimates.hpp"
-#include "slice2mesh/harmonize/harmonize.hpp"
-#include "slice2mesh/harmonize/separation.hpp"
-#include "slice2mesh/improve/improve.hpp"
+#include "slice2mesh/harmonize/separation_report.hpp"
 #include "slice2mesh/pipeline/options.hpp"
-#include "slice2mesh/plc/build_plc.hpp"
 #include "slice2mesh/quality/causes.hpp"
 #include "slice2mesh/quality/certificate.hpp"
 #include "slice2mesh/quality/quality.hpp"
-#include "slice2mesh/regions/base_plate.hpp"
-#include "slice2mesh/regions/finer_slices.hpp"
-#include "slice2mesh/regions/regions.hpp"
 #include "slice2mesh/regions/slabs.hpp"
 #include "slice2mesh/tet/axioms.hpp"
 #include "slice2mesh/tet/slab_filler.hpp"
 #include "slice2mesh/tet/tetrahedralizer.hpp"
+#if !SLICE2MESH_DECLARED_ONLY
+#include "slice2mesh/harmonize/harmonize.hpp"
+#include "slice2mesh/harmonize/separation.hpp"
+#include "slice2mesh/improve/improve.hpp"
+#include "slice2mesh/plc/build_plc.hpp"
+#include "slice2mesh/regions/base_plate.hpp"
+#include "slice2mesh/regions/finer_slices.hpp"
+#include "slice2mesh/regions/regions.hpp"
 #include "slice2mesh/triangulate/plane_stack.hpp"
+#endif
 
 namespace slice2mesh {
 
@@ -67,6 +71,8 @@ struct Result {
   /// What was repaired or noticed; that of reading is where `read_cli` put it.
   Diagnostics diagnostics;
 };
+
+#if !SLICE2MESH_DECLARED_ONLY
 
 namespace detail {
 
@@ -128,6 +134,8 @@ inline void check_plate(const Options& options, const SlabPlan& plan) {
 
 }  // namespace detail
 
+#endif
+
 /// From slices to a mesh with a tetrahedralizer of choice: make_slabs, build_regions_on_plate, harmonize,
 /// triangulate_planes, build_plc, `model`, improve, certify, measure_quality, estimate_slicing. Each may be called on
 /// its own; the chain gives the identical result.
@@ -138,8 +146,16 @@ inline void check_plate(const Options& options, const SlabPlan& plan) {
 /// that does not hold is not an error: look at `report.certificate`.
 /// Errors: OptionError, GeometryError, TetrahedralizationError, BudgetError, Cancelled; what the model throws.
 /// Cost: about linear in the result, apart from the model; see docs/pipeline.md.
-[[nodiscard]] inline Result slice_to_mesh(const SliceStack& stack, const Options& options,
-                                          const AnyTetrahedralizer& model) {
+[[nodiscard]] SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& options,
+                                                     const AnyTetrahedralizer& model);
+
+/// The same with the default tetrahedralizer, the slab filler. Errors and cost as above.
+[[nodiscard]] SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& options = {});
+
+#if !SLICE2MESH_DECLARED_ONLY
+
+SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& options,
+                                       const AnyTetrahedralizer& model) {
   detail::check_options(options);
   const TetrahedralizerTraits traits = model.traits();
   Result result;
@@ -202,11 +218,12 @@ inline void check_plate(const Options& options, const SlabPlan& plan) {
   return result;
 }
 
-/// The same with the default tetrahedralizer, the slab filler. Errors and cost as above.
-[[nodiscard]] inline Result slice_to_mesh(const SliceStack& stack, const Options& options = {}) {
+SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& options) {
   SlabFiller filler;
   filler.max_tets = options.budget.max_tets;
   return slice_to_mesh(stack, options, filler);
 }
+
+#endif
 
 }  // namespace slice2mesh

@@ -56,9 +56,16 @@ inline constexpr double kPlateArcTolerance = 0.01;
 }
 
 /// The first slab that has something to stand on a plate: a contour, or a line that becomes a support.
-[[nodiscard]] inline std::size_t first_standing_slab(const SliceStack& stack, const SlabPlan& plan, bool with_lines) {
-  for (std::size_t s = 0; s < plan.slabs.size(); ++s)
-    if (is_filled(stack.layers[static_cast<std::size_t>(plan.slabs[s].slice)], with_lines)) return s;
+[[nodiscard]] inline std::size_t first_standing_slab(const SliceStack& stack, const SlabPlan& plan,
+                                                     const ThickenOptions& supports) {
+  for (std::size_t s = 0; s < plan.slabs.size(); ++s) {
+    const std::int32_t slice = plan.slabs[s].slice;
+    for (const Polyline& line : stack.layers[static_cast<std::size_t>(slice)].polylines)
+      if (line.direction == Direction::Open
+              ? !line.points.empty() && support_radius(supports, line, slice, plan.thickness) > 0
+              : line.points.size() >= 3)
+        return s;
+  }
   throw GeometryError(Stage::Regions, -1, -1, "there is nothing to stand on the base plate");
 }
 
@@ -66,10 +73,9 @@ inline constexpr double kPlateArcTolerance = 0.01;
 [[nodiscard]] inline std::vector<std::vector<Point2>> plate_loops(const SliceStack& stack, const SlabPlan& plan,
                                                                   std::size_t first, const ThickenOptions& supports,
                                                                   BasePlateShape shape, double margin) {
-  const double radius = supports.radius.in_mm(plan.thickness);
-  // How far a thickened line may reach from its points.
-  const double reach =
-      radius * (supports.join == LineJoin::Miter ? std::max(supports.miter_limit, std::sqrt(2.0)) : std::sqrt(2.0));
+  // How far a thickened line may reach from its points, in radii.
+  const double reach_in_radii =
+      supports.join == LineJoin::Miter ? std::max(supports.miter_limit, std::sqrt(2.0)) : std::sqrt(2.0);
   ThickenOptions round;
   round.cap = LineCap::Round;
   round.join = LineJoin::Round;
@@ -83,7 +89,8 @@ inline constexpr double kPlateArcTolerance = 0.01;
     const std::vector<Polyline>& lines = stack.layers[static_cast<std::size_t>(slice)].polylines;
     for (std::size_t k = 0; k < lines.size(); ++k) {
       const bool open = lines[k].direction == Direction::Open;
-      if (lines[k].points.empty() || (open && !(radius > 0))) continue;
+      const double reach = open ? reach_in_radii * support_radius(supports, lines[k], slice, plan.thickness) : 0;
+      if (lines[k].points.empty() || (open && !(reach > 0))) continue;
       if (shape == BasePlateShape::Offset && lines[k].direction == Direction::Inner) continue;  // holes are filled
       std::vector<Point2> points;
       for (const Point2& p : lines[k].points) {
@@ -92,10 +99,9 @@ inline constexpr double kPlateArcTolerance = 0.01;
           throw GeometryError(Stage::Regions, slice, static_cast<std::int64_t>(k), "a coordinate is not finite");
       }
       if (shape == BasePlateShape::Box) {
-        const double around = open ? reach : 0;
         for (const Point2& p : points) {
-          low = {std::min(low.x, p.x - around), std::min(low.y, p.y - around)};
-          high = {std::max(high.x, p.x + around), std::max(high.y, p.y + around)};
+          low = {std::min(low.x, p.x - reach), std::min(low.y, p.y - reach)};
+          high = {std::max(high.x, p.x + reach), std::max(high.y, p.y + reach)};
         }
         continue;
       }
@@ -104,8 +110,7 @@ inline constexpr double kPlateArcTolerance = 0.01;
         boundary.push_back(points.front());
         loops.push_back(std::move(points));
       }
-      for (std::vector<Point2>& piece : thicken(boundary, open ? reach + margin : margin, round))
-        loops.push_back(std::move(piece));
+      for (std::vector<Point2>& piece : thicken(boundary, reach + margin, round)) loops.push_back(std::move(piece));
     }
   }
   if (shape == BasePlateShape::Box && low.x <= high.x) {
@@ -136,7 +141,7 @@ inline constexpr double kPlateArcTolerance = 0.01;
   const double margin = options.margin.in_mm(plan.thickness);
   if (!(margin > 0) || !std::isfinite(margin)) throw OptionError("plate.margin", "must be a finite length above 0");
   if (options.slabs < 0) throw OptionError("plate.slabs", "must be 0 or more");
-  const std::size_t first = detail::first_standing_slab(stack, plan, supports.radius.in_mm(plan.thickness) > 0);
+  const std::size_t first = detail::first_standing_slab(stack, plan, supports);
 
   // The plate is a slice of its own behind those of the file, with a part id that nothing else has.
   SliceStack plated;

@@ -162,9 +162,7 @@ inline Outline unite(const std::vector<TaggedSegment>& segments, const std::vect
   LayerRegions result;
   result.z_convention = plan.convention;
   result.thickness = plan.thickness;
-  const double radius = thicken_options.radius.in_mm(plan.thickness);
-  if (!(radius >= 0) || !std::isfinite(radius))
-    throw OptionError("supports.radius", "must be a finite length, 0 or more");
+  detail::check_support_radii(thicken_options, plan.thickness);
 
   // Regions: objects by part id, then supports by part id.
   std::map<std::pair<int, std::int32_t>, std::int32_t> region_index;
@@ -172,7 +170,7 @@ inline Outline unite(const std::vector<TaggedSegment>& segments, const std::vect
   for (const Slab& slab : plan.slabs)
     for (const Polyline& line : stack.layers[static_cast<std::size_t>(slab.slice)].polylines) {
       const bool open = line.direction == Direction::Open;
-      if (open && radius == 0) {
+      if (open && support_radius(thicken_options, line, slab.slice, plan.thickness) == 0) {
         ++left_out;
         continue;
       }
@@ -180,7 +178,7 @@ inline Outline unite(const std::vector<TaggedSegment>& segments, const std::vect
     }
   if (left_out > 0)
     diagnostics.add(Severity::Note, Stage::Regions, "supports_left_out",
-                    "open lines are left out, since no support radius is given", -1, -1, left_out);
+                    "open lines are left out, since they are given no support radius", -1, -1, left_out);
   for (auto& [key, index] : region_index) {
     index = static_cast<std::int32_t>(result.regions.size());
     Region region;
@@ -206,6 +204,7 @@ inline Outline unite(const std::vector<TaggedSegment>& segments, const std::vect
     for (std::size_t k = 0; k < polylines.size(); ++k) {
       const Polyline& line = polylines[k];
       const bool open = line.direction == Direction::Open;
+      const double radius = open ? support_radius(thicken_options, line, slice, plan.thickness) : 0;
       if (open && radius == 0) continue;
       std::vector<Point2> points;
       points.reserve(line.points.size());

@@ -233,7 +233,7 @@ private:
   }
 
   double radius_;
-  ThickenOptions options_;
+  const ThickenOptions& options_;  // of the caller, who outlives the call
   double arc_step_;
   double shortest_ = 0;
   double straight_ = 0;
@@ -254,11 +254,36 @@ inline void check_thicken_options(double radius, const ThickenOptions& options) 
     throw OptionError("simplify", "must be finite and at least 0");
 }
 
+/// A radius in mm. Errors: OptionError.
+inline double radius_in_mm(const char* option, const Length& length, double thickness) {
+  const double radius = length.in_mm(thickness);
+  if (!(radius >= 0) || !std::isfinite(radius)) throw OptionError(option, "must be a finite length, 0 or more");
+  return radius;
+}
+
+/// Errors: OptionError for radii out of range, also those of parts that the slices do not have.
+inline void check_support_radii(const ThickenOptions& options, double thickness) {
+  radius_in_mm("supports.radius", options.radius, thickness);
+  for (const auto& [part, length] : options.part_radius) radius_in_mm("supports.part_radius", length, thickness);
+}
+
 }  // namespace detail
+
+/// Half the width of an open line in mm: `line_radius` says it, else `part_radius` of its part id, else `radius`;
+/// 0: the line is left out. `layer` is its index in the stack, `thickness` the median layer thickness in mm.
+/// Errors: OptionError where it is not finite or below 0; what `line_radius` throws. Cost: logarithmic in the parts.
+[[nodiscard]] inline double support_radius(const ThickenOptions& options, const Polyline& line, std::int32_t layer,
+                                           double thickness) {
+  if (options.line_radius)
+    return detail::radius_in_mm("supports.line_radius", options.line_radius(line, layer), thickness);
+  const auto part = options.part_radius.find(line.part);
+  if (part != options.part_radius.end()) return detail::radius_in_mm("supports.part_radius", part->second, thickness);
+  return detail::radius_in_mm("supports.radius", options.radius, thickness);
+}
 
 /// Thicken an open line by a radius: the pieces whose union (non-zero winding) is the thickened line.
 ///
-/// `line`: #P points, mm. `radius`: mm; `options.radius` is not looked at. Each piece is a closed, simple,
+/// `line`: #P points, mm. `radius`: mm; the radii in `options` are not looked at. Each piece is a closed, simple,
 /// counter-clockwise polygon without repeated last point: a quad per segment (longer by the radius at square ends), a
 /// joint at each inner vertex (round: a sector; miter: a kite, beveled beyond `miter_limit` times the radius) and half
 /// a disc at round ends. Arcs are inscribed: at most `arc_tolerance` times the radius inside of the true ones. Joints

@@ -6,9 +6,12 @@
 /// every element meets its criteria. The domain is the complex of all cells, one subdomain per slab and region, with
 /// the edges where facets meet at an angle as features. Contours are replaced by polylines with edges of the wanted
 /// size: see docs/tetrahedralizers.md. CGAL's package is under the GPL. This header takes long to compile: include it
-/// in one place.
+/// in one place, or see core/separate.hpp.
 #pragma once
 
+#include "slice2mesh/core/separate.hpp"
+
+#if !SLICE2MESH_DECLARED_ONLY
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"  // a false alarm inside Boost.Graph
@@ -25,6 +28,7 @@
 #include <CGAL/make_mesh_3.h>
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic pop
+#endif
 #endif
 
 #include <algorithm>
@@ -65,6 +69,8 @@ struct Mesh3Options {
 };
 
 namespace detail {
+
+#if !SLICE2MESH_DECLARED_ONLY
 
 using Mesh3Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Mesh3Polyhedron = CGAL::Mesh_polyhedron_3<Mesh3Kernel>::type;
@@ -120,7 +126,13 @@ struct Mesh3Surfaces {
   return result;
 }
 
-[[nodiscard]] inline RawTets run_mesh3(const Plc& plc, const Mesh3Options& options) {
+#endif
+
+[[nodiscard]] SLICE2MESH_INLINE RawTets run_mesh3(const Plc& plc, const Mesh3Options& options);
+
+#if !SLICE2MESH_DECLARED_ONLY
+
+SLICE2MESH_INLINE RawTets run_mesh3(const Plc& plc, const Mesh3Options& options) {
   try {
     CGAL::get_default_random() = CGAL::Random(0);  // whatever ran before, the same rays are shot
     Mesh3Surfaces surfaces = mesh3_surfaces(plc);
@@ -162,6 +174,8 @@ struct Mesh3Surfaces {
     throw TetrahedralizationError(-1, std::string("Mesh_3: ") + error.what());
   }
 }
+
+#endif
 
 }  // namespace detail
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <slice2mesh/slice2mesh.hpp>
+#include <slice2mesh/pipeline/slice_to_mesh.hpp>
 
 // Two layers of 1 mm: a square of 4 mm, and on it a square of 2 mm.
 slice2mesh::SliceStack two_layers() {
