@@ -16,6 +16,7 @@
 #include "slice2mesh/core/diagnostics.hpp"
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/harmonize/anticipate.hpp"
+#include "slice2mesh/harmonize/columns.hpp"
 #include "slice2mesh/harmonize/pockets.hpp"
 #include "slice2mesh/harmonize/simplify.hpp"
 #include "slice2mesh/regions/regions.hpp"
@@ -62,6 +63,9 @@ inline constexpr double kShortToleranceShare = 0.3;  // ... this tolerance
 inline constexpr double kSnapShare = 0.45;           // vertices this near to one below move onto it
 /// What simplification and merging after the opening have moved is compared with the contour below once more.
 inline constexpr int kPasses = 2;
+inline constexpr double kColumnShare = 1;          // columns nearer than this are merged ...
+inline constexpr double kColumnDeviation = 0.97;   // ... within this deviation ...
+inline constexpr double kClearanceShare = 0.45;    // ... and not if a vertex gets nearer than this to an edge
 inline constexpr double kResolutionShare = 0.005;  // resolution of the measured deviation
 
 /// Splits edges longer than `longest` pitches (about) where they cross lines x = k step or y = k step, whichever they
@@ -119,6 +123,38 @@ inline void subdivide(Outline& outline, double longest) {
   simplify(outline, {}, {kSimplifyShare * eps, kShortEdgeShare * eps, kShortToleranceShare * eps, HUGE_VAL});
   normalize(outline);
   return outline;
+}
+
+/// Merges contour vertices that are near to each other in all slabs (see ColumnMerger), and measures the deviation of
+/// the slabs concerned. Slabs that are then too far from their slices are left out of it, and all is done again.
+inline void merge_columns(Contours& contours, const LayerRegions& input, double eps, double longest,
+                          const Progress& progress) {
+  if (!(longest < double(kGridLimit))) return;
+  const ColumnLimits limits{kColumnShare * eps, kColumnDeviation * eps, kClearanceShare * eps, longest};
+  std::vector<char> frozen(contours.outlines.size(), 0), changed;
+  for (std::size_t s = 0; s < frozen.size(); ++s)
+    frozen[s] = contours.deviation[s] * (1 / contours.grid.pitch) > limits.deviation;
+  constexpr int kAttempts = 4;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    std::vector<Outline> outlines = contours.outlines;
+    ColumnMerger(outlines, input.outlines, contours.slabs, frozen, limits).run(changed, [&](double) {
+      report(progress, Stage::Harmonize, 1);
+    });
+    std::vector<double> deviations = contours.deviation;
+    bool good = true;
+    for (std::size_t s = 0; s < outlines.size(); ++s) {
+      if (!changed[s]) continue;
+      const double measured = deviation(outlines[s], input.outlines[s], kResolutionShare * eps);
+      deviations[s] = measured * contours.grid.pitch;
+      if (measured <= eps) continue;
+      frozen[s] = 1;
+      good = false;
+    }
+    if (!good) continue;
+    contours.outlines = std::move(outlines);
+    contours.deviation = std::move(deviations);
+    return;
+  }
 }
 
 }  // namespace detail
@@ -194,6 +230,7 @@ inline void subdivide(Outline& outline, double longest) {
     result.deviation.push_back(deviation * input.grid.pitch);
     result.outlines.push_back(std::move(outline));
   }
+  if (options.eps > 0) detail::merge_columns(result, input, eps, longest, progress);
   report(progress, Stage::Harmonize, 1);
   return result;
 }

@@ -1,0 +1,464 @@
+// SPDX-License-Identifier: MIT
+/// @file
+/// @brief Contour vertices that came close to each other, merged in all slabs at once.
+///
+/// Slabs are harmonized from the lowest up, each against the one below: what is fixed there stays. A column is a vertex
+/// with the same place in consecutive slabs; here two columns that are close on some plane become one, whichever of
+/// them is the lower one, where every slab keeps its distance from its slice.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "slice2mesh/arrange/exact.hpp"
+#include "slice2mesh/arrange/outline.hpp"
+#include "slice2mesh/arrange/segment_index.hpp"
+#include "slice2mesh/regions/slabs.hpp"
+
+namespace slice2mesh::detail {
+
+/// Lengths in pitches.
+struct ColumnLimits {
+  double near = 0;            ///< columns nearer than this are merged
+  double deviation = 0;       ///< no slab gets farther than this from its slice, nor its slice from it
+  double clearance = 0;       ///< no vertex gets nearer than this to an edge through a merge
+  double longest = HUGE_VAL;  ///< no edge gets longer than this
+};
+
+/// Merges columns. Topology is kept: nothing lies in the way of what moves, in the slab itself and in those above and
+/// below (exact).
+class ColumnMerger {
+public:
+  /// `slices`: the regions that the slabs were made from. `frozen` (#S): slabs that stay as they are.
+  ColumnMerger(std::vector<Outline>& outlines, const std::vector<Outline>& slices, const std::vector<Slab>& slabs,
+               const std::vector<char>& frozen, const ColumnLimits& limits)
+      : slices_(slices), slabs_(slabs), frozen_(frozen), limits_(limits), reach_(kLargestDrift * limits.near) {
+    sheets_.reserve(outlines.size());
+    for (Outline& outline : outlines) sheets_.emplace_back(outline);
+  }
+
+  /// Merges until nothing more can be merged, or a number of rounds is over. `changed` (#S) tells the slabs concerned.
+  void run(std::vector<char>& changed, const std::function<void(double)>& poll) {
+    changed.assign(sheets_.size(), 0);
+    for (int round = 0; round < kRounds; ++round) {
+      std::vector<Candidate> candidates = close_pairs();
+      std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+        if (a.distance != b.distance) return a.distance < b.distance;
+        if (a.slab != b.slab) return a.slab < b.slab;
+        return a.v != b.v ? a.v < b.v : a.w < b.w;
+      });
+      std::size_t merged = 0;
+      for (std::size_t i = 0; i < candidates.size(); ++i) {
+        if (i % 256 == 0) poll((double(round) + double(i) / double(candidates.size())) / kRounds);
+        if (merge(candidates[i], changed)) ++merged;
+      }
+      if (merged == 0) break;
+    }
+    for (std::size_t s = 0; s < sheets_.size(); ++s)
+      if (changed[s]) sheets_[s].finish();
+  }
+
+private:
+  static constexpr int kRounds = 3;
+  static constexpr double kLargestDrift = 2;  // of the distance of close columns: what an edge's end moves in all
+
+  struct PlaceHash {
+    std::size_t operator()(const GridPoint& p) const {
+      return std::size_t(std::uint64_t(p.x) * 0x9E3779B97F4A7C15ULL ^
+                         (std::uint64_t(p.y) + 0x7F4A7C15ULL) * 0xC2B2AE3D27D4EB4FULL);
+    }
+  };
+
+  /// The contour of one slab while it changes.
+  struct Sheet {
+    explicit Sheet(Outline& o)
+        : outline(o), start(o), edges_at(o.vertices.size()), alive(o.edges.size(), 1), drift(o.vertices.size(), 0) {
+      place.reserve(o.vertices.size());
+      for (std::size_t v = 0; v < o.vertices.size(); ++v) place.emplace(o.vertices[v], std::int32_t(v));
+      for (std::size_t e = 0; e < o.edges.size(); ++e) {
+        edges_at[std::size_t(o.edges[e].a)].push_back(std::int32_t(e));
+        edges_at[std::size_t(o.edges[e].b)].push_back(std::int32_t(e));
+      }
+    }
+    Outline& outline;
+    SegmentIndex start;                               // edges where they were at first
+    std::vector<std::vector<std::int32_t>> edges_at;  // #V
+    std::vector<char> alive;                          // #E
+    std::vector<double> drift;                        // #V: how far the ends of edges at a vertex have come
+    std::unordered_map<GridPoint, std::int32_t, PlaceHash> place;
+    std::unique_ptr<SegmentIndex> slice;
+
+    [[nodiscard]] const GridPoint& point(std::int32_t v) const { return outline.vertices[std::size_t(v)]; }
+    [[nodiscard]] std::int32_t other_end(std::int32_t e, std::int32_t v) const {
+      const Outline::Edge& edge = outline.edges[std::size_t(e)];
+      return edge.a == v ? edge.b : edge.a;
+    }
+    [[nodiscard]] std::int32_t at(const GridPoint& p) const {
+      const auto it = place.find(p);
+      return it == place.end() ? kNone : it->second;
+    }
+    [[nodiscard]] std::int32_t edge_between(std::int32_t v, std::int32_t w) const {
+      for (const std::int32_t e : edges_at[std::size_t(v)])
+        if (other_end(e, v) == w) return e;
+      return kNone;
+    }
+    void finish() {
+      std::vector<Outline::Edge> edges;
+      for (std::size_t e = 0; e < outline.edges.size(); ++e)
+        if (alive[e]) edges.push_back(outline.edges[e]);
+      outline.edges = std::move(edges);
+      normalize(outline);
+    }
+  };
+
+  /// Two vertices that are close: v of a slab, w of the same one (an edge joins them) or of the one above.
+  struct Candidate {
+    double distance;
+    std::size_t slab;
+    GridPoint v, w;
+  };
+
+  /// What happens in one slab: the vertices that move (kNone: not there).
+  struct Step {
+    std::size_t slab;
+    std::int32_t v, w;
+  };
+
+  [[nodiscard]] bool stacked(std::size_t s) const {  // on the slab below
+    return s > 0 && s < slabs_.size() && slabs_[s - 1].z_high == slabs_[s].z_low;
+  }
+
+  [[nodiscard]] std::vector<Candidate> close_pairs() const {
+    std::vector<Candidate> result;
+    const auto reach = std::int64_t(std::ceil(limits_.near));
+    std::vector<std::pair<GridPoint, std::int32_t>> below, above;  // vertices in use, sorted
+    const auto fill = [&](std::size_t s, auto& list) {
+      list.clear();
+      const Sheet& sheet = sheets_[s];
+      for (std::size_t v = 0; v < sheet.edges_at.size(); ++v)
+        if (!sheet.edges_at[v].empty()) list.emplace_back(sheet.outline.vertices[v], std::int32_t(v));
+      std::sort(list.begin(), list.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    };
+    for (std::size_t s = 0; s < sheets_.size(); ++s) {
+      const Sheet& sheet = sheets_[s];
+      for (std::size_t e = 0; e < sheet.outline.edges.size(); ++e) {
+        if (!sheet.alive[e]) continue;
+        GridPoint p = sheet.point(sheet.outline.edges[e].a), q = sheet.point(sheet.outline.edges[e].b);
+        const double d = distance(p, q);
+        if (d >= limits_.near) continue;
+        if (q < p) std::swap(p, q);
+        if (stacked(s)) {  // once for the lowest slab that has both
+          const std::int32_t v = sheets_[s - 1].at(p), w = sheets_[s - 1].at(q);
+          if (v != kNone && w != kNone && sheets_[s - 1].edge_between(v, w) != kNone) continue;
+        }
+        result.push_back({d, s, p, q});
+      }
+      fill(s, above);
+      if (stacked(s)) {
+        for (const auto& item : above) {
+          const GridPoint& w = item.first;
+          if (sheets_[s - 1].at(w) != kNone) continue;
+          for (auto it = std::lower_bound(below.begin(), below.end(), GridPoint{w.x - reach, INT64_MIN},
+                                          [](const auto&a, const GridPoint&b) { return a.first < b; });
+               it != below.end() && it->first.x <= w.x + reach; ++it) {
+            const double d = distance(it->first, w);
+            if (d < limits_.near && sheet.at(it->first) == kNone) result.push_back({d, s - 1, it->first, w});
+          }
+        }
+      }
+      std::swap(below, above);
+    }
+    return result;
+  }
+
+  bool merge(const Candidate& c, std::vector<char>& changed) {
+    // The slabs that have one of the two or both.
+    steps_.clear();
+    const auto add = [&](std::size_t s) {
+      const Step step{s, sheets_[s].at(c.v), sheets_[s].at(c.w)};
+      if (step.v == kNone && step.w == kNone) return false;
+      steps_.push_back(step);
+      return true;
+    };
+    if (!add(c.slab)) return false;
+    for (std::size_t s = c.slab; stacked(s) && add(s - 1); --s) {
+    }
+    for (std::size_t s = c.slab + 1; stacked(s) && add(s); ++s) {
+    }
+    bool both = false;
+    for (const Step& step : steps_) {
+      if (frozen_[step.slab]) return false;
+      const Sheet& sheet = sheets_[step.slab];
+      if (step.v == kNone || step.w == kNone) continue;
+      both = true;
+      if (sheet.edge_between(step.v, step.w) == kNone) return false;
+      // What they have as a common neighbor would lose its triangle.
+      for (const std::int32_t e : sheet.edges_at[std::size_t(step.v)]) {
+        const std::int32_t x = sheet.other_end(e, step.v);
+        if (x != step.w && sheet.edge_between(x, step.w) != kNone) return false;
+      }
+    }
+    if (!both) {
+      // A pair of neighboring slabs that something else has changed meanwhile.
+      bool v_there = false, w_there = false;
+      for (const Step& step : steps_) {
+        v_there = v_there || step.v != kNone;
+        w_there = w_there || step.w != kNone;
+      }
+      if (!v_there || !w_there) return false;
+    }
+    std::array<std::pair<double, GridPoint>, 3> targets{
+        {{0, c.v}, {0, c.w}, {0, contour_point_between(c.v, c.w, 0.5)}}};
+    for (auto& target : targets) target.first = change(target.second);
+    std::stable_sort(targets.begin(), targets.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (const auto& target : targets) {
+      if (target.first > limits_.deviation || !possible(c, target.second)) continue;
+      apply(target.second);
+      for (const Step& step : steps_) changed[step.slab] = 1;
+      return true;
+    }
+    return false;
+  }
+
+  /// The largest distance by which a contour moves away from itself, about.
+  [[nodiscard]] double change(const GridPoint& target) const {
+    double worst = 0;
+    for (const Step& step : steps_) {
+      const Sheet& sheet = sheets_[step.slab];
+      for (const std::int32_t v : {step.v, step.w}) {
+        if (v == kNone) continue;
+        for (const std::int32_t e : sheet.edges_at[std::size_t(v)]) {
+          const std::int32_t x = sheet.other_end(e, v);
+          if (x == step.v || x == step.w) continue;
+          worst = std::max({worst, segment_distance(sheet.point(v), sheet.point(x), target),
+                            segment_distance(target, sheet.point(x), sheet.point(v))});
+        }
+      }
+    }
+    return worst;
+  }
+
+  [[nodiscard]] bool possible(const Candidate& c, const GridPoint& target) {
+    for (const Step& step : steps_) {
+      const Sheet& sheet = sheets_[step.slab];
+      const std::int32_t there = sheet.at(target);
+      if (there != kNone && there != step.v && there != step.w) return false;
+      for (const std::int32_t v : {step.v, step.w})
+        if (v != kNone && sheet.drift[std::size_t(v)] + distance(sheet.point(v), target) > reach_) return false;
+    }
+    for (const Step& step : steps_)
+      if (!way_is_clear(c, step, target)) return false;
+    for (const Step& step : steps_)
+      if (!stays_near_slice(step, target)) return false;
+    return true;
+  }
+
+  /// Does a vertex get too near to an edge, or leave one that it lies on? On: the overlay of the plane leads the edge
+  /// through the vertex.
+  [[nodiscard]] bool gets_close(double before, double now) const {
+    constexpr double kOn = kAttachSteps * double(kContourStep);
+    return now < limits_.clearance && now > kOn && (now < before || before <= kOn);
+  }
+
+  /// Is nothing in the way, and no edge too long afterwards or too near to a vertex?
+  [[nodiscard]] bool way_is_clear(const Candidate& c, const Step& step, const GridPoint& target) const {
+    const Sheet& sheet = sheets_[step.slab];
+    const std::size_t first = stacked(step.slab) ? step.slab - 1 : step.slab;
+    const std::size_t last = stacked(step.slab + 1) ? step.slab + 1 : step.slab;
+    for (const std::int32_t v : {step.v, step.w}) {
+      if (v == kNone || sheet.point(v) == target) continue;
+      const GridPoint p = sheet.point(v);
+      const double move = distance(p, target);
+      for (const std::int32_t e : sheet.edges_at[std::size_t(v)]) {
+        const std::int32_t x = sheet.other_end(e, v);
+        if (x == step.v || x == step.w) continue;
+        const GridPoint q = sheet.point(x);
+        if (distance(target, q) > std::max(limits_.longest, distance(p, q))) return false;
+        const int turn = orientation(p, target, q);
+        const auto pad = std::int64_t(std::ceil(move + reach_ + limits_.clearance)) + 1;
+        for (std::size_t s = first; s <= last; ++s) {
+          const Sheet& other = sheets_[s];
+          bool blocked = false;
+          const auto look = [&](const GridPoint& y) {
+            if (y == p || y == q || y == target || y == c.v || y == c.w) return;
+            const int a = orientation(p, target, y), b = orientation(target, q, y), d = orientation(q, p, y);
+            if (turn == 0 ? a == 0 && b == 0 && d == 0 && segment_distance(y, p, q) <= move
+                          : a * turn >= 0 && b * turn >= 0 && d * turn >= 0) {
+              blocked = true;
+              return;
+            }
+            blocked = gets_close(segment_distance(y, p, q), segment_distance(y, target, q));
+          };
+          other.start.for_each_near(p, q, pad, [&](std::size_t f) {
+            if (blocked || !other.alive[f]) return;
+            const GridPoint &a = other.point(other.outline.edges[f].a), &b = other.point(other.outline.edges[f].b);
+            look(a);
+            look(b);
+            if (blocked || a == p || b == p || a == target || b == target) return;
+            if (a == c.v || a == c.w || b == c.v || b == c.w) return;
+            blocked =
+                gets_close(segment_distance(p, a, b), segment_distance(target, a, b)) || segments_meet(p, target, a, b);
+          });
+          if (blocked) return false;
+        }
+      }
+    }
+    return true;
+  }
+
+  /// Is the slab still near to its slice, and its slice to the slab?
+  [[nodiscard]] bool stays_near_slice(const Step& step, const GridPoint& target) {
+    Sheet& sheet = sheets_[step.slab];
+    if (!sheet.slice) sheet.slice = std::make_unique<SegmentIndex>(slices_[step.slab]);
+    old_.clear();
+    now_.clear();
+    std::int64_t x0 = target.x, x1 = target.x, y0 = target.y, y1 = target.y;
+    const auto widen = [&](const GridPoint& p) {
+      x0 = std::min(x0, p.x), x1 = std::max(x1, p.x);
+      y0 = std::min(y0, p.y), y1 = std::max(y1, p.y);
+    };
+    for (const std::int32_t v : {step.v, step.w}) {
+      if (v == kNone) continue;
+      for (const std::int32_t e : sheet.edges_at[std::size_t(v)]) {
+        const std::int32_t x = sheet.other_end(e, v);
+        old_.emplace_back(sheet.point(v), sheet.point(x));
+        widen(sheet.point(v));
+        widen(sheet.point(x));
+        if (x == step.v || x == step.w) continue;
+        now_.emplace_back(target, sheet.point(x));
+      }
+    }
+    for (const auto& edge : now_)
+      if (!near_slice(*sheet.slice, edge.first, edge.second)) return false;
+    // Other edges of the contour that may be nearest to a part of the slice.
+    const auto pad = std::int64_t(std::ceil(2 * limits_.deviation + reach_)) + 1;
+    const std::size_t own = now_.size();
+    const auto is_own = [&](const Outline::Edge& f) {
+      return f.a == step.v || f.b == step.v || f.a == step.w || f.b == step.w;
+    };
+    for (std::size_t k = 0; k < old_.size(); ++k)
+      sheet.start.for_each_near(old_[k].first, old_[k].second, pad, [&](std::size_t f) {
+        if (!sheet.alive[f] || is_own(sheet.outline.edges[f])) return;
+        now_.emplace_back(sheet.point(sheet.outline.edges[f].a), sheet.point(sheet.outline.edges[f].b));
+      });
+    std::sort(now_.begin() + std::ptrdiff_t(own), now_.end());
+    now_.erase(std::unique(now_.begin() + std::ptrdiff_t(own), now_.end()), now_.end());
+    const auto wide = std::int64_t(std::ceil(limits_.deviation)) + 1;
+    bool good = true;
+    seen_.clear();
+    for (const auto& edge : old_)
+      sheet.slice->for_each_near(edge.first, edge.second, wide, [&](std::size_t f) { seen_.push_back(f); });
+    std::sort(seen_.begin(), seen_.end());
+    seen_.erase(std::unique(seen_.begin(), seen_.end()), seen_.end());
+    const Outline& slice = slices_[step.slab];
+    for (const std::size_t f : seen_) {
+      const GridPoint &a = slice.vertices[std::size_t(slice.edges[f].a)],
+                      &b = slice.vertices[std::size_t(slice.edges[f].b)];
+      good = good && slice_is_near(a, b);
+      if (!good) break;
+    }
+    return good;
+  }
+
+  /// Is every point of ab near the slice?
+  [[nodiscard]] bool near_slice(const SegmentIndex& slice, const GridPoint& from, const GridPoint& to) const {
+    struct Piece {
+      GridPoint a, b;
+      SegmentIndex::Nearest na, nb;
+    };
+    const double limit = limits_.deviation;
+    std::vector<Piece> stack;
+    stack.push_back({from, to, slice.nearest(from, limit), slice.nearest(to, limit)});
+    if (stack[0].na.segment < 0 || stack[0].nb.segment < 0) return false;
+    while (!stack.empty()) {
+      const Piece p = stack.back();
+      stack.pop_back();
+      // The distance to one segment is convex along the piece.
+      if (slice.distance_to(std::size_t(p.na.segment), p.b) <= limit) continue;
+      if (slice.distance_to(std::size_t(p.nb.segment), p.a) <= limit) continue;
+      if (distance(p.a, p.b) <= kResolution * limit) continue;
+      const GridPoint m{p.a.x + (p.b.x - p.a.x) / 2, p.a.y + (p.b.y - p.a.y) / 2};
+      const SegmentIndex::Nearest nm = slice.nearest(m, limit);
+      if (nm.segment < 0) return false;
+      stack.push_back({p.a, m, p.na, nm});
+      stack.push_back({m, p.b, nm, p.nb});
+    }
+    return true;
+  }
+
+  /// Is every point of the part ab of the slice that the old edges were near to, near to the edges of now?
+  [[nodiscard]] bool slice_is_near(const GridPoint& from, const GridPoint& to) const {
+    const double limit = limits_.deviation;
+    std::vector<std::pair<GridPoint, GridPoint>> stack{{from, to}};
+    while (!stack.empty()) {
+      const auto [a, b] = stack.back();
+      stack.pop_back();
+      const double length = distance(a, b);
+      const GridPoint m{a.x + (b.x - a.x) / 2, a.y + (b.y - a.y) / 2};
+      double before = HUGE_VAL;
+      for (const auto& e : old_) before = std::min(before, segment_distance(m, e.first, e.second));
+      if (before - length / 2 > limit) continue;
+      bool covered = false;
+      for (const auto& e : now_) {
+        covered = segment_distance(a, e.first, e.second) <= limit && segment_distance(b, e.first, e.second) <= limit;
+        if (covered) break;
+      }
+      if (covered) continue;
+      if (length <= kResolution * limit) return false;
+      stack.emplace_back(a, m);
+      stack.emplace_back(m, b);
+    }
+    return true;
+  }
+
+  void apply(const GridPoint& target) {
+    for (const Step& step : steps_) {
+      Sheet& sheet = sheets_[step.slab];
+      double drift = 0;
+      for (const std::int32_t v : {step.v, step.w}) {
+        if (v == kNone) continue;
+        drift = std::max(drift, sheet.drift[std::size_t(v)] + distance(sheet.point(v), target));
+        sheet.place.erase(sheet.point(v));
+      }
+      const std::int32_t stays = step.w != kNone ? step.w : step.v;
+      if (step.v != kNone && step.w != kNone) {
+        const std::int32_t gone = sheet.edge_between(step.v, step.w);
+        sheet.alive[std::size_t(gone)] = 0;
+        auto& list = sheet.edges_at[std::size_t(step.w)];
+        list.erase(std::find(list.begin(), list.end(), gone));
+        for (const std::int32_t e : sheet.edges_at[std::size_t(step.v)]) {
+          if (e == gone) continue;
+          Outline::Edge& edge = sheet.outline.edges[std::size_t(e)];
+          (edge.a == step.v ? edge.a : edge.b) = step.w;
+          list.push_back(e);
+        }
+        sheet.edges_at[std::size_t(step.v)].clear();
+      }
+      sheet.outline.vertices[std::size_t(stays)] = target;
+      sheet.place[target] = stays;
+      sheet.drift[std::size_t(stays)] = drift;
+    }
+  }
+
+  static constexpr double kResolution = 0.0625;  // of the limit: pieces of contours that are not split further
+
+  const std::vector<Outline>& slices_;
+  const std::vector<Slab>& slabs_;
+  const std::vector<char>& frozen_;
+  ColumnLimits limits_;
+  double reach_;
+  std::vector<Sheet> sheets_;
+  std::vector<Step> steps_;
+  std::vector<std::pair<GridPoint, GridPoint>> old_, now_;
+  std::vector<std::size_t> seen_;
+};
+
+}  // namespace slice2mesh::detail
