@@ -68,6 +68,7 @@ int main(int argc, char* argv[]) try {
   const SliceStack stack = read_cli(argv[1]);
   Options options;
   options.slabs.lump = 3;
+  options.supports.radius = Length::mm(0.1);
   Diagnostics diagnostics;
   const SlabPlan plan = make_slabs(stack, options.slabs, diagnostics);
   const LayerRegions regions = build_regions(stack, plan, options.supports, diagnostics);

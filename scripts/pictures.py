@@ -2,9 +2,12 @@
 """Pictures of meshes for the documentation: cut open, elements colored by layer and by R/3r.
 
     xvfb-run -a /usr/bin/python3 scripts/pictures.py PROGRAM DATA [FOLDER, default docs/images]
+    xvfb-run -a /usr/bin/python3 scripts/pictures.py PROGRAM EXAMPLES --stages [FOLDER]
 
-Meshes the slice files of PICTURES that are found in DATA/reference or DATA with the program, reads the VTU file it writes, and
-renders two PNG files of each. Needs python3-vtk9, python3-numpy, python3-pil and a display (xvfb).
+The first meshes the slice files of PICTURES that are found in DATA/reference or DATA with the program, reads the VTU file it writes,
+and renders two PNG files of each. The second makes the pictures of the stages from the sample part: slices, complex and meshes,
+before and after improvement, in 3D, and the overview of the README; EXAMPLES is the folder with make_sample and slices_svg, which
+draws the picture of contours and interface. Needs python3-vtk9, python3-numpy, python3-pil and a display (xvfb).
 """
 import math
 import os
@@ -140,48 +143,53 @@ class Part:
         return surface.GetOutput()
 
 
-def render(surface, colors, direction, legend, path):
+def actor_of(data, colors, edges=True, width=1.2):
+    """What is drawn of a surface or of lines with the scalar "value", an index of `colors`."""
     mapper = vtk.vtkPolyDataMapper()
-    mapper.SetInputData(surface)
+    mapper.SetInputData(data)
     mapper.SetLookupTable(lookup_table(colors))
     mapper.SetUseLookupTableScalarRange(True)
     actor = vtk.vtkActor()
     actor.SetMapper(mapper)
     look = actor.GetProperty()
     look.SetInterpolationToFlat()
-    look.SetAmbient(0.5)
-    look.SetDiffuse(0.52)
-    look.SetEdgeVisibility(True)
+    look.SetAmbient(0.5 if edges else 1.0)
+    look.SetDiffuse(0.52 if edges else 0.0)
+    look.SetEdgeVisibility(edges)
     look.SetEdgeColor(0.15, 0.15, 0.15)
-    look.SetLineWidth(1.2)
+    look.SetLineWidth(width)
+    return actor
+
+
+def shot(actors, points, direction, size, free, legend):
+    """An RGB image of `size` pixels: parallel projection, with the points filling `free` (left, bottom, right, top)."""
+    width, height = size
     renderer = vtk.vtkRenderer()
     renderer.SetBackground(1, 1, 1)
-    renderer.AddActor(actor)
+    for actor in actors:
+        renderer.AddActor(actor)
     window = vtk.vtkRenderWindow()
     window.SetOffScreenRendering(True)
     window.SetMultiSamples(8)
-    window.SetSize(FINER * WIDTH, FINER * HEIGHT)
+    window.SetSize(FINER * width, FINER * height)
     window.AddRenderer(renderer)
 
-    # Parallel projection; the part fills what the legend leaves free.
     direction = numpy.asarray(direction, float) / numpy.linalg.norm(direction)
     right = numpy.cross((0, 0, 1), direction)
     right /= numpy.linalg.norm(right)
     up = numpy.cross(direction, right)
-    points = vtk_to_numpy(surface.GetPoints().GetData()).astype(float)
     spans = [(points @ axis).min() for axis in (right, up, direction)], [(points @ axis).max() for axis in (right, up, direction)]
     middle = [(low + high) / 2 for low, high in zip(*spans)]
-    size = [high - low for low, high in zip(*spans)]
-    free = (20, 20, WIDTH - 225, HEIGHT - 80)  # pixels: left, bottom, right, top
-    pixel = max(size[0] / (free[2] - free[0]), size[1] / (free[3] - free[1]))  # mm
+    extent = [high - low for low, high in zip(*spans)]
+    pixel = max(extent[0] / (free[2] - free[0]), extent[1] / (free[3] - free[1]))  # mm
     # The center of the window lies beside that of the free room.
-    shift = [(WIDTH / 2 - (free[0] + free[2]) / 2) * pixel, (HEIGHT / 2 - (free[1] + free[3]) / 2) * pixel]
+    shift = [(width / 2 - (free[0] + free[2]) / 2) * pixel, (height / 2 - (free[1] + free[3]) / 2) * pixel]
     focus = (middle[0] + shift[0]) * right + (middle[1] + shift[1]) * up + middle[2] * direction
     camera = renderer.GetActiveCamera()
     camera.ParallelProjectionOn()
-    camera.SetParallelScale(HEIGHT / 2 * pixel)
+    camera.SetParallelScale(height / 2 * pixel)
     camera.SetFocalPoint(*focus)
-    camera.SetPosition(*(focus + 10 * max(size) * direction))
+    camera.SetPosition(*(focus + 10 * max(extent) * direction))
     camera.SetViewUp(0, 0, 1)
     legend(renderer)
     renderer.ResetCameraClippingRange()
@@ -192,8 +200,11 @@ def render(surface, colors, direction, legend, path):
     picture.ReadFrontBufferOff()
     picture.Update()
     image = picture.GetOutput()
-    pixels = vtk_to_numpy(image.GetPointData().GetScalars()).reshape(FINER * HEIGHT, FINER * WIDTH, 3)[::-1]
-    small = Image.fromarray(numpy.ascontiguousarray(pixels)).resize((WIDTH, HEIGHT), Image.BOX)
+    pixels = vtk_to_numpy(image.GetPointData().GetScalars()).reshape(FINER * height, FINER * width, 3)[::-1]
+    return Image.fromarray(numpy.ascontiguousarray(pixels)).resize((width, height), Image.BOX)
+
+
+def save(image, colors, path):
     # Files with a palette are a third as large. It holds shades of the colors of the legend, so that no rare color is lost or invented.
     bases = colors[:: math.ceil(len(colors) / 20)]
     shades = 216 // len(bases)
@@ -201,7 +212,14 @@ def render(surface, colors, direction, legend, path):
     palette += [(i / 39,) * 3 for i in range(40)]
     holder = Image.new("P", (1, 1))
     holder.putpalette([min(255, round(255 * c)) for color in palette for c in color])
-    small.quantize(palette=holder, dither=Image.Dither.NONE).save(path, optimize=True)
+    image.quantize(palette=holder, dither=Image.Dither.NONE).save(path, optimize=True)
+
+
+def render(surface, colors, direction, legend, path):
+    points = vtk_to_numpy(surface.GetPoints().GetData()).astype(float)
+    # The part fills what the legend leaves free.
+    free = (20, 20, WIDTH - 225, HEIGHT - 80)
+    save(shot([actor_of(surface, colors)], points, direction, (WIDTH, HEIGHT), free, legend), colors, path)
 
 
 def band_of(ratios):
@@ -248,6 +266,152 @@ def ratio_legend(part, name):
     return draw
 
 
+# --- the stages, of the sample part ------------------------------------------------------------------------------------
+LOOK = (0.5, -1, 0.55)
+PANEL = (420, 330)  # pixels
+SLICE_COLORS = [(0.12, 0.35, 0.62), (0.80, 0.25, 0.15)]  # contours, support lines
+LABELS = [("facing down", (0.96, 0.60, 0.45)), ("facing up", (0.45, 0.70, 0.88)), ("interface", (0.86, 0.86, 0.86)),
+          ("wall", (0.70, 0.80, 0.62)), ("wall between regions", (0.80, 0.70, 0.85))]
+
+
+def poly_data(points, cells, values, lines):
+    data = vtk.vtkPolyData()
+    places = vtk.vtkPoints()
+    places.SetData(numpy_to_vtk(numpy.ascontiguousarray(points, dtype=float), deep=True))
+    data.SetPoints(places)
+    array = vtk.vtkCellArray()
+    for cell in cells:
+        array.InsertNextCell(len(cell))
+        for corner in cell:
+            array.InsertCellPoint(int(corner))
+    (data.SetLines if lines else data.SetPolys)(array)
+    scalars = numpy_to_vtk(numpy.ascontiguousarray(values, dtype=float), deep=True)
+    scalars.SetName("value")
+    data.GetCellData().SetScalars(scalars)
+    return data
+
+
+def read_slices(path):
+    """Points (mm), lines, and for each whether it is open, of a CLI file written as text by make_sample."""
+    points, lines, is_open = [], [], []
+    unit, z = 1.0, 0.0
+    with open(path, encoding="ascii") as file:
+        for line in file:
+            command, _, rest = line.strip().partition("/")
+            if command == "$$UNITS":
+                unit = float(rest)
+            elif command == "$$LAYER":
+                z = float(rest) * unit
+            elif command == "$$POLYLINE":
+                numbers = rest.split(",")
+                places = numpy.array(numbers[3:], float).reshape(-1, 2) * unit
+                first = len(points)
+                points += [(x, y, z) for x, y in places]
+                cell = list(range(first, len(points)))
+                is_open.append(int(numbers[1]) == 2)
+                lines.append(cell if is_open[-1] else cell + [first])
+    return numpy.array(points), lines, numpy.array(is_open)
+
+
+def read_complex(path):
+    """Points, triangles and labels of a complex written as PLY."""
+    with open(path, "rb") as file:
+        text = file.read()
+    end = text.index(b"end_header\n") + len(b"end_header\n")
+    counts = [int(line.split()[2]) for line in text[:end].decode("ascii").splitlines() if line.startswith("element")]
+    points = numpy.frombuffer(text, "<f8", 3 * counts[0], end).reshape(-1, 3)
+    face = numpy.dtype([("n", "u1"), ("v", "<i4", 3), ("label", "u1"), ("sides", "<i4", 4)])
+    faces = numpy.frombuffer(text, face, counts[1], end + points.nbytes)
+    return points, faces["v"], faces["label"]
+
+
+def nothing(_):
+    pass
+
+
+def captions(words, height):
+    """Draws the words of a legend with their colors, from the top."""
+
+    def draw(renderer):
+        for i, (word, color) in enumerate(words):
+            swatch(renderer, 14, height - 56 - 22 * i, 14, 14, color)
+            text(renderer, word, 36, height - 55 - 22 * i, 14)
+
+    return draw
+
+
+def titled(title, more=nothing, height=PANEL[1]):
+    def draw(renderer):
+        text(renderer, title, 14, height - 28, 17, True)
+        more(renderer)
+
+    return draw
+
+
+def stages(program, examples, folder):
+    with tempfile.TemporaryDirectory() as work:
+        def file(name):
+            return os.path.join(work, name)
+
+        def run(*command):
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+
+        sample = file("sample.cli")
+        run(os.path.join(examples, "make_sample"), sample)
+        run(os.path.join(examples, "slices_svg"), sample, os.path.join(folder, "stage_contours.svg"))
+        options = ["--quiet", sample, "--support-radius", "0.1", "--lump", "2"]
+        run(program, *options, "-o", file("raw.vtu"), "--improve-rounds", "0")
+        run(program, *options, "-o", file("mesh.vtu"), "--plc", file("complex.ply"))
+        raw, part = Part(file("raw.vtu")), Part(file("mesh.vtu"))
+        slice_points, lines, is_open = read_slices(sample)
+        points, triangles, labels = read_complex(file("complex.ply"))
+
+    cut = [((0, -1, 0), 0.45)]
+    layers = int(part.layer.max()) + 1
+    layer_colors = [layer_color(i, layers) for i in range(layers)]
+    band_colors = [tuple(c / 255 for c in color) for _, color in BANDS]
+    label_colors = [color for _, color in LABELS]
+    slices = actor_of(poly_data(slice_points, lines, is_open.astype(float), True), SLICE_COLORS, False, 2.0)
+    # The complex is opened too: the front is taken away, so that interfaces show.
+    front = points[triangles].mean(axis=1)[:, 1]
+    kept = front > points[:, 1].min() + 0.55 * (points[:, 1].max() - points[:, 1].min())
+    surface = actor_of(poly_data(points, triangles[kept], labels[kept], False), label_colors, True, 0.7)
+    mesh = actor_of(part.cut(cut, part.layer), layer_colors, True, 0.7)
+
+    free = (14, 14, PANEL[0] - 14, PANEL[1] - 44)
+    width, height = PANEL
+    panels = [
+        shot([slices], part.points, LOOK, PANEL, free, titled("1  slices")),
+        shot([surface], part.points, LOOK, PANEL, free, titled("2  complex, opened")),
+        shot([mesh], part.points, LOOK, PANEL, free, titled("3  mesh, opened: one color per layer")),
+    ]
+    overview = Image.new("RGB", (3 * width, height), "white")
+    for i, panel in enumerate(panels):
+        overview.paste(panel, (i * width, 0))
+    save(overview, layer_colors[::2] + label_colors + SLICE_COLORS, os.path.join(folder, "overview.png"))
+
+    big = (760, 420)
+    free = (180, 14, big[0] - 14, big[1] - 44)
+
+    def stage(name, title, actor, words, colors, shown=points[points[:, 1] > 0.5 * points[:, 1].max()]):
+        image = shot([actor], shown, LOOK, big, free, titled(title, captions(words, big[1]), big[1]))
+        save(image, colors, os.path.join(folder, "stage_%s.png" % name))
+
+    stage("slices", "Slices", slices, list(zip(("contour", "support line"), SLICE_COLORS)), SLICE_COLORS, part.points)
+    seen = [entry for i, entry in enumerate(LABELS) if (labels[kept] == i).any()]
+    stage("complex", "Complex, opened", surface, seen, label_colors)
+    for name, which, title in (("fill", raw, "Filled"), ("improve", part, "Improved")):
+        bands = band_of(which.ratio)
+        words, start = [], 1.0
+        for i, (end, _) in enumerate(BANDS):
+            share = 100 * numpy.count_nonzero(bands == i) / len(bands)
+            words.append((("%g-%g" % (start, end) if math.isfinite(end) else "> %g" % start) + ": %.2g %%" % share, band_colors[i]))
+            start = end
+        heading = "%s: %s tets, R/3r mean %.2f, worst %.3g" % (title, "{:,}".format(len(which.tets)), which.ratio.mean(), which.ratio.max())
+        stage(name, heading, actor_of(which.cut(cut, bands), band_colors, True, 0.7), words, band_colors)
+    print("6 pictures in %s" % os.path.normpath(folder))
+
+
 def find(data, name):
     for folder in (os.path.join(data, "reference"), data):
         for file in sorted(os.listdir(folder)) if os.path.isdir(folder) else []:
@@ -257,12 +421,15 @@ def find(data, name):
 
 
 def main():
-    if len(sys.argv) not in (3, 4):
+    arguments = [argument for argument in sys.argv[1:] if argument != "--stages"]
+    if len(arguments) not in (2, 3):
         sys.exit(__doc__)
-    program, data = sys.argv[1:3]
+    program, data = arguments[:2]
     here = os.path.dirname(os.path.abspath(__file__))
-    folder = sys.argv[3] if len(sys.argv) == 4 else os.path.join(here, "..", "docs", "images")
+    folder = arguments[2] if len(arguments) == 3 else os.path.join(here, "..", "docs", "images")
     os.makedirs(folder, exist_ok=True)
+    if "--stages" in sys.argv:
+        return stages(program, data, folder)
     made = 0
     for stem, title, cuts, direction in PICTURES:
         source = find(data, stem)

@@ -26,7 +26,7 @@ namespace detail {
   return {text.data(), end};
 }
 
-[[nodiscard]] inline std::string padded_left(std::string text, std::size_t width) {
+[[nodiscard]] inline std::string padded_left(const std::string& text, std::size_t width) {
   return text.size() < width ? std::string(width - text.size(), ' ') + text : text;
 }
 

@@ -262,7 +262,7 @@ inline void check_slab_options(const SlabOptions& options) {
     begin = end + 1;
     if (low > end) continue;
     const std::size_t middle = low + (high - low) / 2;
-    std::size_t slice = middle;
+    std::size_t slice = middle;  // NOLINT(clang-analyzer-deadcode.DeadStores): compilers ask for a value here
     for (std::size_t d = 0;; ++d) {
       if (middle - low >= d && filled[middle - d])
         slice = middle - d;
