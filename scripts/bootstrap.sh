@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: MIT
 # Makes sure that what slice2mesh is built with is installed (Debian 12, Ubuntu 24.04 and newer).
 #
-#   bash scripts/bootstrap.sh [--tests] [--readers]
+#   bash scripts/bootstrap.sh [--tests] [--readers] [--style]
 #
 # --tests    also what the tests need
 # --readers  also programs that read our files back in the tests labelled `external` (large: 160 MB to load with deal.II);
 #            those that the distribution does not have are left out
+# --style    also what checks the style, and Clang for the tests that want a second compiler; likewise
 #
 # Installs missing packages with apt-get when run as root, or through sudo where that works without a password;
 # otherwise names them and ends with code 1. SLICE2MESH_NO_INSTALL=1 never installs anything.
@@ -16,11 +17,12 @@ packages=(g++ cmake ninja-build libcgal-dev libeigen3-dev libcli11-dev nlohmann-
 readers=()
 for argument in "$@"; do
   case "$argument" in
-    --tests) packages+=(catch2 zlib1g-dev libnetcdf-dev libtet1.5-dev doxygen python3) ;;
+    --tests) packages+=(catch2 zlib1g-dev libnetcdf-dev libtet1.5-dev doxygen python3 libbenchmark-dev) ;;
     --readers)
       readers+=(gmsh python3-vtk9 python3-meshio python3-netcdf4 calculix-ccx freefem++ libfreefem++ libdeal.ii-dev
         tetgen)
       ;;
+    --style) readers+=(clang clang-format-14 clang-tidy-14) ;;
     *)
       echo "bootstrap.sh: unknown argument: $argument" >&2
       exit 1

@@ -476,7 +476,7 @@ inline CliWriteReport write_cli(std::ostream& stream, const SliceStack& stack, c
   return detail::CliWriter(stream, stack, options).write();
 }
 
-/// Write a stack as a CLI file, whole or not at all. See above.
+/// Write a stack as a CLI file, whole or not at all. Errors and cost: as above, and FileError.
 inline CliWriteReport write_cli(const std::string& path, const SliceStack& stack, const CliWriteOptions& options = {}) {
   CliWriteReport report;
   AtomicFile file(path, Stage::Write);

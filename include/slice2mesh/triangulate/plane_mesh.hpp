@@ -437,7 +437,8 @@ private:
 }  // namespace detail
 
 /// The triangulation of a plane. A pure function of the plane and the options.
-/// Cost: O(n log n) plus the refinement, about linear in the result.
+/// Errors: BudgetError above PlaneRefinement::max_vertices. Cost: O(n log n) plus the refinement, about linear in the
+/// result.
 [[nodiscard]] inline PlaneMesh triangulate_plane(const InterfacePlane& plane, const PlaneRefinement& options) {
   detail::PlaneMesher mesher(plane, options);
   mesher.run();
