@@ -29,7 +29,7 @@ namespace slice2mesh::detail {
 struct ColumnLimits {
   double near = 0;            ///< columns nearer than this are merged
   double deviation = 0;       ///< no slab gets farther than this from its slice, nor its slice from it
-  double clearance = 0;       ///< no vertex gets nearer than this to an edge through a merge
+  double clearance = 0;       ///< no vertex gets nearer than this to an edge through a merge of columns farther apart
   double longest = HUGE_VAL;  ///< no edge gets longer than this
 };
 
@@ -215,6 +215,7 @@ private:
       }
       if (!v_there || !w_there) return false;
     }
+    clearance_ = std::min(limits_.clearance, kClearer * c.distance);
     std::array<std::pair<double, GridPoint>, 3> targets{
         {{0, c.v}, {0, c.w}, {0, contour_point_between(c.v, c.w, 0.5)}}};
     for (auto& target : targets) target.first = change(target.second);
@@ -265,7 +266,7 @@ private:
   /// through the vertex.
   [[nodiscard]] bool gets_close(double before, double now) const {
     constexpr double kOn = kAttachSteps * double(kContourStep);
-    return now < limits_.clearance && now > kOn && (now < before || before <= kOn);
+    return now < clearance_ && now > kOn && (now < before || before <= kOn);
   }
 
   /// Is nothing in the way, and no edge too long afterwards or too near to a vertex?
@@ -448,13 +449,15 @@ private:
     }
   }
 
-  static constexpr double kResolution = 0.0625;  // of the limit: pieces of contours that are not split further
+  static constexpr double kClearer = 1.2;         // a merge clears more room than it takes
+  static constexpr double kResolution = 0.03125;  // of the limit: pieces of contours that are not split further
 
   const std::vector<Outline>& slices_;
   const std::vector<Slab>& slabs_;
   const std::vector<char>& frozen_;
   ColumnLimits limits_;
   double reach_;
+  double clearance_ = 0;  // of the merge in question
   std::vector<Sheet> sheets_;
   std::vector<Step> steps_;
   std::vector<std::pair<GridPoint, GridPoint>> old_, now_;
