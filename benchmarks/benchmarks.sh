@@ -28,7 +28,7 @@ fi
 if [[ " $parts " == *" meshers "* ]]; then
   meshers=$build/meshers.md
   "$build/benchmarks/slice2mesh_benchmarks" --write "$build/slices"
-  bash benchmarks/meshers.sh "$build/src/slice2mesh" "$build/slices" layers_8 slope_20 noise_5 points_1024 | tee "$meshers"
+  bash benchmarks/meshers.sh "$build/src/slice2mesh" "$build/slices" points_64 slope_50 noise_5 | tee "$meshers"
 fi
 if [[ " $parts " == *" headers "* ]]; then
   headers=$build/headers.md

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Pictures of meshes for the documentation: cut open, elements colored by layer and by R/3r.
 
-    xvfb-run -a /usr/bin/python3 scripts/pictures.py PROGRAM DATA [FOLDER, default docs/images]
-    xvfb-run -a /usr/bin/python3 scripts/pictures.py PROGRAM EXAMPLES --stages [FOLDER]
+    xvfb-run -a -w 10 /usr/bin/python3 scripts/pictures.py PROGRAM DATA [FOLDER, default docs/images]
+    xvfb-run -a -w 10 /usr/bin/python3 scripts/pictures.py PROGRAM EXAMPLES --stages [FOLDER]
 
 The first meshes the slice files of PICTURES that are found in DATA/reference or DATA with the program, reads the VTU file it writes,
 and renders two PNG files of each. The second makes the pictures of the stages from the sample part: slices, complex and meshes,
