@@ -449,7 +449,7 @@ private:
     }
   }
 
-  static constexpr double kClearer = 1.2;         // a merge clears more room than it takes
+  static constexpr double kClearer = 0.6;         // of the distance of two columns: what their merge must leave free
   static constexpr double kResolution = 0.03125;  // of the limit: pieces of contours that are not split further
 
   const std::vector<Outline>& slices_;
