@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <random>
 #include <set>
@@ -167,6 +168,46 @@ TEST_CASE("over a convex contour the fill is Delaunay: no vertex in any circumsp
   }
   CHECK(compared > 1000);
   CHECK(double(same) > 0.8 * double(compared));
+}
+
+TEST_CASE("regions that share walls agree on the diagonals of these walls") {
+  // Split points of walls are rounded: bisectors of wall edges may cross far inside of one of the two regions.
+  int shared = 0;
+  for (std::uint32_t seed = 0; seed < 40; ++seed) {
+    INFO("seed " << seed);
+    std::mt19937 random(seed);
+    const auto number = [&] { return double(random()) / 4294967296.0; };
+    const auto ring = [&](std::int32_t part, double x, double y, double radius, int count) {
+      Polyline polygon;
+      polygon.part = part;
+      for (int i = 0; i < count; ++i) {
+        const double angle = 2 * 3.14159265358979 * i / count + 0.1, rx = radius * (0.8 + 0.4 * number()),
+                     ry = radius * (0.8 + 0.4 * number());
+        polygon.points.push_back({x + rx * std::cos(angle), y + ry * std::sin(angle)});
+      }
+      return polygon;
+    };
+    std::vector<std::vector<Polyline>> layers;
+    for (int i = 0; i < 3; ++i) layers.push_back({ring(0, 3, 4, 3, 12), ring(1, 1, 5, 1.7, 12), ring(1, 5, 3, 1.5, 9)});
+    const Plc plc = run_chain(stack_of(layers)).plc();
+    for (const Facet& f : plc.facets) shared += f.label == FacetLabel::InnerWall;
+    check_fill(plc);
+  }
+  CHECK(shared > 1000);
+}
+
+TEST_CASE("a needle 10 mm long and 0.0001 mm wide is meshed, with another one above it turned") {
+  std::vector<std::vector<Polyline>> layers;
+  for (int i = 0; i < 3; ++i) {
+    const double c = std::cos(i == 1 ? 0.1 : 0.0), s = std::sin(i == 1 ? 0.1 : 0.0);
+    const auto turned = [&](std::vector<std::array<double, 2>> points) {
+      Polyline polygon;
+      for (const auto& [x, y] : points) polygon.points.push_back({c * x - s * y, s * x + c * y});
+      return polygon;
+    };
+    layers.push_back({turned({{0, 0}, {10, 0}, {0, 0.0001}}), turned({{-2, -1}, {0, -1}, {0, 1}, {-2, 1}})});
+  }
+  check_fill(run_chain(stack_of(layers)).plc());
 }
 
 TEST_CASE("the filler needs inner faces and keeps to its budget") {

@@ -49,6 +49,12 @@ struct Corner {
   std::int32_t index = 0;
 };
 
+/// A flat tet between two edges of one wall, where their bisectors cross inside of a region.
+struct WallTet {
+  std::array<std::int32_t, 4> vertices;  ///< of the complex: an edge below, an edge above
+  std::int32_t region, wall;
+};
+
 class SlabFill {
 public:
   SlabFill(std::int32_t slab, const Sheet& bottom, const Sheet& top) : slab_(slab), bottom_(bottom), top_(top) {}
@@ -59,6 +65,8 @@ public:
     fill<true>(emit);
     fill<false>(emit);
   }
+  /// The flat tets that were left out.
+  [[nodiscard]] const std::vector<WallTet>& wall_tets() const { return wall_tets_; }
 
 private:
   [[noreturn]] void fail(const GridPoint& at) const {
@@ -173,13 +181,16 @@ private:
     const auto emit_crossing = [&](std::int32_t t, std::int32_t a, std::int32_t b, std::int32_t wall) {
       return [&, t, a, b, wall](const Corner& u, const Corner& w, std::int32_t edge) {
         if constexpr (kLower) {
-          // Two edges on one wall span nothing.
+          const std::array<std::int32_t, 4> tet{own.global[std::size_t(a)], own.global[std::size_t(b)],
+                                                other.global[std::size_t(vertex_id(other, u))],
+                                                other.global[std::size_t(vertex_id(other, w))]};
+          // Two edges on one wall span nothing, but for the rounding of their ends.
           if (wall != kNone && other.neighbors[std::size_t(u.triangle)][std::size_t(edge)] == kNone &&
-              other.walls[std::size_t(u.triangle)][std::size_t(edge)] == wall)
+              other.walls[std::size_t(u.triangle)][std::size_t(edge)] == wall) {
+            wall_tets_.push_back({tet, own.regions[std::size_t(t)], wall});
             return;
-          emit({own.global[std::size_t(a)], own.global[std::size_t(b)], other.global[std::size_t(vertex_id(other, u))],
-                other.global[std::size_t(vertex_id(other, w))]},
-               own.regions[std::size_t(t)]);
+          }
+          emit(tet, own.regions[std::size_t(t)]);
         } else {
           (void)u, (void)w, (void)edge, (void)t, (void)a, (void)b, (void)wall;
         }
@@ -256,6 +267,145 @@ private:
   const Sheet& bottom_;
   const Sheet& top_;
   std::unordered_map<std::uint64_t, char> done_;
+  std::vector<WallTet> wall_tets_;
+};
+
+/// Makes the two sides of inner walls agree. Split points of a wall's two chains are rounded apart, so the bisectors of
+/// two of its edges may cross far inside of the region on one side: that region then has the other diagonal on the
+/// wall, with a flat tet in between that belongs to nobody. Here the diagonal is taken out of the region: the tets
+/// around it and the flat one are filled anew without it. Where that does not work the flat tet stays, as an element.
+class WallTets {
+public:
+  /// `first`: the first tet of the slab in the mesh.
+  WallTets(const Plc& plc, Mesh& mesh, std::size_t first, std::int32_t slab)
+      : plc_(plc), mesh_(mesh), first_(first), slab_(slab), low_(plc.slab_planes[std::size_t(slab)][0]) {}
+
+  void close(const std::vector<WallTet>& flat) {
+    for (const WallTet& w : flat)
+      for (const std::int32_t v : w.vertices) tets_at_.try_emplace(v);
+    for (std::size_t t = first_; t < mesh_.tets.size(); ++t) list(t);
+    alive_.assign(mesh_.tets.size() - first_, 1);
+    for (const WallTet& w : flat)
+      if (volume(w.vertices) > 0) add(w.vertices, w.region);
+    // Those that were crossed last lie innermost.
+    std::vector<char> done(flat.size(), 0);
+    for (bool again = true; again;) {
+      again = false;
+      for (std::size_t k = flat.size(); k-- > 0;) {
+        if (done[k] || volume(flat[k].vertices) <= 0 || !take_out(flat[k])) continue;
+        done[k] = 1;
+        again = true;
+      }
+    }
+    std::size_t end = first_;
+    for (std::size_t t = first_; t < mesh_.tets.size(); ++t) {
+      if (!alive_[t - first_]) continue;
+      mesh_.tets[end] = mesh_.tets[t];
+      mesh_.tet_region[end++] = mesh_.tet_region[t];
+    }
+    mesh_.tets.resize(end);
+    mesh_.tet_region.resize(end);
+    mesh_.tet_slab.resize(end);
+  }
+
+private:
+  using Tet = std::array<std::int32_t, 4>;
+  [[nodiscard]] const GridPoint& point(std::int32_t v) const { return plc_.vertices[std::size_t(v)]; }
+  /// Six times the volume, for a slab of height one; exact.
+  [[nodiscard]] Int128 volume(const Tet& t) const {
+    const GridPoint& p = point(t[0]);
+    const auto up = [&](std::int32_t v) { return plc_.vertex_plane[std::size_t(v)] == low_ ? 0 : 1; };
+    const int h = up(t[0]);
+    return (up(t[1]) - h) * cross(p, point(t[2]), point(t[3])) + (up(t[2]) - h) * cross(p, point(t[3]), point(t[1])) +
+           (up(t[3]) - h) * cross(p, point(t[1]), point(t[2]));
+  }
+  void list(std::size_t t) {
+    for (const std::int32_t v : mesh_.tets[t]) {
+      const auto it = tets_at_.find(v);
+      if (it != tets_at_.end()) it->second.push_back(t);
+    }
+  }
+  void add(const Tet& tet, std::int32_t region) {
+    mesh_.tets.push_back(tet);
+    mesh_.tet_slab.push_back(slab_);
+    mesh_.tet_region.push_back(region);
+    alive_.push_back(1);
+    list(mesh_.tets.size() - 1);
+  }
+  /// Takes the diagonal that the wall does not have out of the region. False if that is not possible.
+  bool take_out(const WallTet& flat) {
+    const auto [a, b, u, w] = flat.vertices;
+    const GridPoint &pa = point(a), &pb = point(b), &pu = point(u), &pw = point(w);
+    const bool same_way = Int128(pb.x - pa.x) * (pw.x - pu.x) + Int128(pb.y - pa.y) * (pw.y - pu.y) > 0;
+    const std::int32_t x = same_way ? a : b;
+    // The tets around x w, in a row.
+    std::vector<std::size_t> around;
+    std::unordered_map<std::int32_t, std::int32_t> next;
+    for (const std::size_t t : tets_at_.at(x)) {
+      Tet tet = mesh_.tets[t];
+      if (!alive_[t - first_] || mesh_.tet_region[t] != flat.region) continue;
+      const auto at_x = std::find(tet.begin(), tet.end(), x) - tet.begin();
+      // Even permutations: x first, then w second.
+      if (at_x != 0) {
+        std::swap(tet[0], tet[std::size_t(at_x)]);
+        std::swap(tet[at_x == 1 ? 2 : 1], tet[3 == at_x ? 2 : 3]);
+      }
+      const auto at_w = std::find(tet.begin(), tet.end(), w) - tet.begin();
+      if (at_w == 4) continue;
+      if (at_w == 2) tet = {tet[0], tet[2], tet[3], tet[1]};
+      if (at_w == 3) tet = {tet[0], tet[3], tet[1], tet[2]};
+      if (!next.emplace(tet[2], tet[3]).second) return false;
+      around.push_back(t);
+    }
+    constexpr std::size_t kMostAround = 64;
+    if (around.size() < 3 || around.size() > kMostAround) return false;
+    std::vector<std::int32_t> ring{next.begin()->first};
+    // The same start in every run.
+    for (const auto& [from, to] : next) ring[0] = std::min(ring[0], from);
+    while (ring.size() < around.size()) {
+      const auto it = next.find(ring.back());
+      if (it == next.end() || it->second == ring[0]) return false;
+      ring.push_back(it->second);
+    }
+    if (next.find(ring.back()) == next.end() || next.at(ring.back()) != ring[0]) return false;
+    // The triangulation of the ring whose smallest tet is largest.
+    const std::size_t n = ring.size();
+    std::vector<Int128> best(n * n, 0);
+    std::vector<std::size_t> middle(n * n, 0);
+    const Int128 least = volume(flat.vertices);
+    for (std::size_t i = 0; i + 1 < n; ++i) best[i * n + i + 1] = Int128(1) << 100;
+    for (std::size_t span = 2; span < n; ++span)
+      for (std::size_t i = 0; i + span < n; ++i)
+        for (std::size_t j = i + span, k = i + 1; k < j; ++k) {
+          const Int128 worst = std::min({best[i * n + k], best[k * n + j], volume({ring[i], ring[k], ring[j], w}),
+                                         volume({ring[i], ring[j], ring[k], x})});
+          if (worst <= best[i * n + j]) continue;
+          best[i * n + j] = worst;
+          middle[i * n + j] = k;
+        }
+    if (best[n - 1] <= least) return false;
+    for (const std::size_t t : around) alive_[t - first_] = 0;
+    std::vector<std::array<std::size_t, 2>> stack{{0, n - 1}};
+    while (!stack.empty()) {
+      const auto [i, j] = stack.back();
+      stack.pop_back();
+      if (j - i < 2) continue;
+      const std::size_t k = middle[i * n + j];
+      add({ring[i], ring[k], ring[j], w}, flat.region);
+      add({ring[i], ring[j], ring[k], x}, flat.region);
+      stack.push_back({i, k});
+      stack.push_back({k, j});
+    }
+    return true;
+  }
+
+  const Plc& plc_;
+  Mesh& mesh_;
+  std::size_t first_;
+  std::int32_t slab_;
+  std::int32_t low_;
+  std::vector<char> alive_;
+  std::unordered_map<std::int32_t, std::vector<std::size_t>> tets_at_;
 };
 
 /// The sheets of every slab of a complex.
@@ -378,16 +528,28 @@ struct SlabFiller {
     mesh.facets = plc.facets;
     mesh.vertices.reserve(plc.vertices.size());
     for (std::size_t v = 0; v < plc.vertices.size(); ++v) mesh.vertices.push_back(plc.position(v));
+    std::vector<char> inner_wall;
+    for (const Facet& facet : plc.facets) {
+      if (facet.wall < 0) continue;
+      if (std::size_t(facet.wall) >= inner_wall.size()) inner_wall.resize(std::size_t(facet.wall) + 1, 0);
+      inner_wall[std::size_t(facet.wall)] = facet.label == FacetLabel::InnerWall;
+    }
     detail::Sheets sheets(plc);
     for (std::size_t s = 0; s < plc.slabs.size(); ++s) {
       report(progress, Stage::Tetrahedralize, double(s) / double(plc.slabs.size()));
       const auto slab = static_cast<std::int32_t>(s);
       const detail::Sheet bottom = sheets.make(slab, false), top = sheets.make(slab, true);
-      detail::SlabFill(slab, bottom, top).run([&](const std::array<std::int32_t, 4>& tet, std::int32_t region) {
+      const std::size_t first = mesh.tets.size();
+      detail::SlabFill fill(slab, bottom, top);
+      fill.run([&](const std::array<std::int32_t, 4>& tet, std::int32_t region) {
         mesh.tets.push_back(tet);
         mesh.tet_slab.push_back(slab);
         mesh.tet_region.push_back(region);
       });
+      std::vector<detail::WallTet> flat;
+      for (const detail::WallTet& w : fill.wall_tets())
+        if (inner_wall[std::size_t(w.wall)]) flat.push_back(w);
+      if (!flat.empty()) detail::WallTets(plc, mesh, first, slab).close(flat);
       if (max_tets > 0 && static_cast<std::int64_t>(mesh.tets.size()) > max_tets)
         throw BudgetError(Stage::Tetrahedralize, "the mesh needs more tets than max_tets");
     }

@@ -231,9 +231,41 @@ private:
     const double t = std::hypot(tx, ty);
     double bx = ex + (t > 0 ? tx / t : ex), by = ey + (t > 0 ? ty / t : ey);
     const double at = (double(p.x - a.x) * bx + double(p.y - a.y) * by) / (ex * bx + ey * by);  // distance from a
+    // Towards a sharp tip the play for a split opposite to a vertex (gap^2 over length) shrinks with the distance from
+    // the tip. Where half of it is less than a few pitches, halving would go on to the end of the grid: then the split
+    // is made even if it is very near to an end, and at the grid point nearby that is in no disc.
+    constexpr double kPlay = 4;  // pitches
+    const bool tight = gap * gap / (2 * length) < kPlay && (is_sharp(s.a, s.b) || is_sharp(s.b, s.a));
+    if (tight) return split_tightly(s, v, {at * ex, at * ey}, result);
     if (at < kFromEnds * gap || at > length - kFromEnds * gap) return false;
     result = {a.x + std::llround(at * ex), a.y + std::llround(at * ey)};
     return true;
+  }
+  /// The grid point near an ideal one (from the start of the piece, pitches) that has v in no disc of the two halves,
+  /// and is in no disc of the contour edges at v; the one nearest to the ideal one.
+  [[nodiscard]] bool split_tightly(const Sub& s, std::int32_t v, const std::array<double, 2>& ideal,
+                                   GridPoint& result) const {
+    const GridPoint a = points_[std::size_t(s.a)], b = points_[std::size_t(s.b)], p = points_[std::size_t(v)];
+    constexpr std::int64_t kAround = 3;  // pitches
+    const GridPoint middle{a.x + std::llround(ideal[0]), a.y + std::llround(ideal[1])};
+    double nearest = HUGE_VAL;
+    for (std::int64_t i = -kAround; i <= kAround; ++i)
+      for (std::int64_t j = -kAround; j <= kAround; ++j) {
+        const GridPoint m{middle.x + i, middle.y + j};
+        const double off = std::hypot(double(m.x - a.x) - ideal[0], double(m.y - a.y) - ideal[1]);
+        if (off >= nearest || m == a || m == b || in_diametral_disc(a, m, p) || in_diametral_disc(m, b, p)) continue;
+        bool good = true;
+        Cdt::Edge_circulator e = cdt_.incident_edges(handles_[std::size_t(v)]), begin = e;
+        do {
+          if (!e->first->is_constrained(e->second) || cdt_.is_infinite(e)) continue;
+          good = good && !in_diametral_disc(point(e->first->vertex(Cdt::ccw(e->second))),
+                                            point(e->first->vertex(Cdt::cw(e->second))), m);
+        } while (++e != begin);
+        if (!good) continue;
+        nearest = off;
+        result = m;
+      }
+    return nearest < HUGE_VAL;
   }
   /// Where to split a piece: in the middle, but at a power of two from a vertex where contours meet at a sharp angle,
   /// so that the pieces on both sides of the angle get the same lengths.
