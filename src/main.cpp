@@ -14,6 +14,7 @@
 
 #include "exit_codes.hpp"
 #include "info.hpp"
+#include "interrupt.hpp"
 #include "lengths.hpp"
 #include "mesh.hpp"
 #include "mesher.hpp"
@@ -339,6 +340,8 @@ int run(int argc, char** argv) {
     return fail(kExitUsage, std::string(error.what()) + " (see slice2mesh --help)");
   } catch (const UsageError& error) {
     return fail(kExitUsage, error.what());
+  } catch (const slice2mesh::Cancelled& error) {
+    return fail(kExitMeshing, error.what());
   } catch (const slice2mesh::Error& error) {
     return fail(exit_code(error), error.what());
   } catch (const std::bad_alloc&) {
@@ -353,5 +356,6 @@ int run(int argc, char** argv) {
 }  // namespace slice2mesh_program
 
 int main(int argc, char** argv) {
+  slice2mesh_program::note_signals();
   return slice2mesh_program::run(argc, argv);
 }

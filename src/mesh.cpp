@@ -8,6 +8,7 @@
 #include <string>
 
 #include "exit_codes.hpp"
+#include "interrupt.hpp"
 #include "progress_line.hpp"
 #include "report_json.hpp"
 #include "slice2mesh/core/atomic_file.hpp"
@@ -113,7 +114,9 @@ int mesh_file(const MeshJob& job) {
   {
     ProgressLine progress(!job.quiet);
     slice2mesh::Options options = job.options;
-    options.progress = progress.callback();
+    options.progress = [show = progress.callback()](slice2mesh::Stage stage, double share) {
+      return !interrupted() && (!show || show(stage, share));
+    };
     result = slice2mesh::slice_to_mesh(stack, options, mesher);
   }
   log("meshed: " + std::to_string(result.mesh.tets.size()) + " tets in " + std::to_string(result.mesh.slabs.size()) +
@@ -130,6 +133,7 @@ int mesh_file(const MeshJob& job) {
   const bool passed = result.report.certificate.passed();
   if (passed) {
     for (const std::string& path : job.outputs) {
+      if (interrupted()) throw slice2mesh::Cancelled(slice2mesh::Stage::Write);
       slice2mesh::write_mesh(path, result.mesh, job.write);
       log("wrote " + path);
     }

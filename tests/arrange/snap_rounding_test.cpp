@@ -113,6 +113,17 @@ TEST_CASE("snap rounding leaves no crossing, keeps the winding areas up to round
   CHECK(crossings > 500);
 }
 
+TEST_CASE("segments without length give an empty arrangement, in which each has an empty path") {
+  for (const std::size_t count : {0U, 1U, 3U}) {
+    const std::vector<TaggedSegment> points(count, TaggedSegment{{5, 7}, {5, 7}, 0});
+    const Arrangement arrangement = snap_round(points);
+    CHECK(arrangement.vertices.empty());
+    CHECK(arrangement.edges.empty());
+    REQUIRE(arrangement.segment_chain.size() == count);
+    for (std::size_t s = 0; s < count; ++s) CHECK(arrangement.path(s).empty());
+  }
+}
+
 TEST_CASE("snap rounding leads every segment along edges, through cells that it meets") {
   for (std::uint32_t seed = 100; seed < 130; ++seed) {
     INFO("seed " << seed);

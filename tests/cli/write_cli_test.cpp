@@ -222,6 +222,37 @@ TEST_CASE("Stacks that the format cannot hold are refused", "[cli]") {
   CHECK_THROWS_AS(written(close, binary), GeometryError);
 }
 
+TEST_CASE("What the reader would refuse is not written", "[cli]") {
+  std::vector<SliceStack> bad(6, small_stack());
+  bad[0].unit = bad[0].z_unit = 1e7;
+  bad[1].unit = bad[1].z_unit = 1e-10;
+  bad[2].layers.back().z = 1.1e6;  // mm
+  bad[3].layers[0].polylines[0].points[0].x = -1.1e6;
+  bad[4].layers[0].hatches.resize(1);
+  bad[4].layers[0].hatches[0].lines.push_back({Point2{0, 0}, Point2{0, 1e300}});
+  bad[5].unit = bad[5].z_unit = 1e6;
+  bad[5].layers[0].polylines[0].points[0].x = 2;
+  for (std::size_t i = 0; i < bad.size(); ++i)
+    for (const bool binary : {false, true}) {
+      CAPTURE(i, binary);
+      CliWriteOptions options;
+      options.binary = binary;
+      CHECK_THROWS_AS(written(bad[i], options), Error);
+    }
+  // Signed numbers of 16 bits, which are read before it is known that they have a sign, in a unit where they would be
+  // out of range without it.
+  SliceStack negative = small_stack();
+  negative.unit = negative.z_unit = 100;
+  negative.layers[0].polylines[0].points[0] = {-5, -7};
+  CliWriteOptions short_binary;
+  short_binary.binary = short_binary.short_commands = true;
+  CHECK(back(written(negative, short_binary)) == negative);
+  // The largest numbers that are allowed are read back.
+  SliceStack large = small_stack();
+  large.layers[0].polylines[0].points[0] = {1e6, -1e6};
+  CHECK(back(written(large)) == large);
+}
+
 TEST_CASE("z in mm is written in units", "[cli]") {
   SliceStack stack = small_stack();
   stack.unit = 0.25;

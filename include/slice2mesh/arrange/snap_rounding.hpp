@@ -205,6 +205,7 @@ namespace detail {
     hot.push_back(s.from);
     hot.push_back(s.to);
   }
+  result.segment_chain.assign(segments.size(), -1);
   if (hot.empty()) return result;
   const auto make_unique = [&] {
     std::sort(hot.begin(), hot.end());
@@ -311,7 +312,6 @@ namespace detail {
   }
   std::vector<Piece> pieces;
   pieces.reserve(chain.size() + segments.size());
-  result.segment_chain.assign(segments.size(), -1);
   for (std::size_t index = 0; index < segments.size(); ++index) {
     const TaggedSegment& segment = segments[index];
     if (segment.from == segment.to) continue;

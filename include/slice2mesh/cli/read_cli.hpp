@@ -23,6 +23,7 @@
 #include <utility>
 #include <vector>
 
+#include "slice2mesh/cli/cli_limits.hpp"
 #include "slice2mesh/core/diagnostics.hpp"
 #include "slice2mesh/core/error.hpp"
 #include "slice2mesh/core/slice_stack.hpp"
@@ -82,11 +83,6 @@ struct CliReadOptions {
 
 namespace detail {
 
-/// Largest coordinate of a file, mm. A kilometer: far above any printer, and products of coordinates stay finite.
-inline constexpr double kCliLargestCoordinate = 1e6;
-/// Range of `$$UNITS`, mm per unit: a picometer to a kilometer.
-inline constexpr double kCliSmallestUnit = 1e-9;
-inline constexpr double kCliLargestUnit = 1e6;
 /// Layer thickness that a printer may have, mm: a micron to a centimeter.
 inline constexpr double kCliThinnestLayer = 1e-3;
 inline constexpr double kCliThickestLayer = 10;
@@ -808,7 +804,8 @@ private:
   double binary_coordinate(bool is_short) {
     const std::size_t begin = pos_;
     const double value = is_short ? static_cast<double>(u16()) : f32();
-    if (!is_short || value > limit_) check_coordinate(begin, value);
+    // Whether 16 bits have a sign is known at the end: here, what is in range either way passes.
+    check_coordinate(begin, is_short ? std::min(value, std::abs(wrapped(value))) : value);
     if (is_short) has_shorts_ = true;
     return value;
   }
@@ -899,14 +896,16 @@ private:
 
   template <class Visit>
   void for_short_coordinates(Visit visit) {
-    for (const ShortBlock& block : short_blocks_) {
-      Layer& layer = stack_.layers[block.layer];
-      if (block.hatches) {
-        for (std::array<Point2, 2>& line : layer.hatches[block.index].lines)
-          for (Point2& p : line) visit(p);
-      } else {
-        for (Point2& p : layer.polylines[block.index].points) visit(p);
-      }
+    for (const ShortBlock& block : short_blocks_) for_short_coordinates(block, visit);
+  }
+  template <class Visit>
+  void for_short_coordinates(const ShortBlock& block, Visit visit) {
+    Layer& layer = stack_.layers[block.layer];
+    if (block.hatches) {
+      for (std::array<Point2, 2>& line : layer.hatches[block.index].lines)
+        for (Point2& p : line) visit(p);
+    } else {
+      for (Point2& p : layer.polylines[block.index].points) visit(p);
     }
   }
 
@@ -957,6 +956,11 @@ private:
         p.y = wrapped(p.y);
       });
     }
+    for (const ShortBlock& block : short_blocks_)
+      for_short_coordinates(block, [&](const Point2& p) {
+        if (std::abs(p.x) > limit_ || std::abs(p.y) > limit_)
+          fail_at_layer(block.layer, "a coordinate of the layer is out of range (1e6 mm)");
+      });
     const bool signed_z = options_.short_coordinates == CliShortCoordinates::Signed ||
                           (options_.short_coordinates == CliShortCoordinates::Auto && stack_.dimension &&
                            (*stack_.dimension)[2] / stack_.unit < -0.5);

@@ -16,6 +16,7 @@
 #include <string_view>
 #include <vector>
 
+#include "slice2mesh/cli/cli_limits.hpp"
 #include "slice2mesh/core/atomic_file.hpp"
 #include "slice2mesh/core/error.hpp"
 #include "slice2mesh/core/slice_stack.hpp"
@@ -73,6 +74,8 @@ private:
     const auto positive = [](double v) { return std::isfinite(v) && v > 0; };
     if (!positive(stack_.unit) || !positive(stack_.z_unit))
       throw Error(Stage::Write, "the units of the stack must be positive numbers");
+    if (!(stack_.unit >= kCliSmallestUnit && stack_.unit <= kCliLargestUnit))
+      throw Error(Stage::Write, "the unit of the stack is out of range (1e-9 to 1e6 mm)");
     for (const auto& [id, text] : stack_.labels) {
       bool good = text.find("$$") == std::string::npos && text.find("//") == std::string::npos;
       for (const char c : text) good = good && (static_cast<unsigned char>(c) >= 0x20);
@@ -90,8 +93,14 @@ private:
   void check_layer(std::size_t l) const {
     const Layer& layer = stack_.layers[l];
     const auto number = static_cast<std::int64_t>(l);
-    const auto finite = [](const Point2& p) { return std::isfinite(p.x) && std::isfinite(p.y); };
+    // What the reader refuses is not written.
+    const double limit = kCliLargestCoordinate / stack_.unit;
+    const auto in_range = [&](double v) {
+      return std::fabs(options_.binary ? static_cast<double>(static_cast<float>(v)) : v) <= limit;
+    };
+    const auto finite = [&](const Point2& p) { return in_range(p.x) && in_range(p.y); };
     if (!std::isfinite(layer.z)) throw GeometryError(Stage::Write, number, -1, "z is not finite");
+    if (!in_range(z_of(layer))) throw GeometryError(Stage::Write, number, -1, "z is out of range (1e6 mm)");
     if (l > 0 && !(layer.z > stack_.layers[l - 1].z))
       throw GeometryError(Stage::Write, number, -1, "z is not above the layer before");
     for (std::size_t i = 0; i < layer.polylines.size(); ++i) {
@@ -102,7 +111,7 @@ private:
       if (line.points.size() >= static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))
         throw GeometryError(Stage::Write, number, index, "too many points for the format");
       if (!std::all_of(line.points.begin(), line.points.end(), finite))
-        throw GeometryError(Stage::Write, number, index, "a coordinate is not finite");
+        throw GeometryError(Stage::Write, number, index, "a coordinate is not finite, or out of range (1e6 mm)");
       check_process(line.process, number);
     }
     for (const Hatches& hatches : layer.hatches) {
@@ -110,7 +119,8 @@ private:
         throw GeometryError(Stage::Write, number, -1, "too many hatches for the format");
       for (const std::array<Point2, 2>& line : hatches.lines)
         if (!finite(line[0]) || !finite(line[1]))
-          throw GeometryError(Stage::Write, number, -1, "a coordinate of a hatch is not finite");
+          throw GeometryError(Stage::Write, number, -1,
+                              "a coordinate of a hatch is not finite, or out of range (1e6 mm)");
       check_process(hatches.process, number);
     }
   }

@@ -63,7 +63,8 @@ public:
       floor_ = std::max(floor, options_.target);
       const std::int32_t last = floor == kBad ? (options_.rounds + 1) / 2 : options_.rounds;
       for (; round < last && !exhausted(); ++round) {
-        report(progress_, Stage::Improve, double(round) / double(options_.rounds));
+        share_ = double(round) / double(options_.rounds);
+        report(progress_, Stage::Improve, share_);
         if (flip_round() + smooth_round() + collapse_round() == 0) break;
       }
     }
@@ -130,6 +131,13 @@ private:
 
   /// The work is bounded by a count, not by time: the result does not depend on the machine.
   [[nodiscard]] bool exhausted() const { return double(work_) > options_.most_work; }
+  /// Listens to the caller every so many ratings.
+  void poll() {
+    constexpr std::int64_t kPollEvery = 1 << 16;
+    if (work_ < next_poll_) return;
+    next_poll_ = work_ + kPollEvery;
+    report(progress_, Stage::Improve, share_);
+  }
 
   // --- topology
   // -------------------------------------------------------------------------------------------------------
@@ -424,6 +432,7 @@ private:
     std::sort(bad.begin(), bad.end());
     std::size_t done = 0;
     for (const auto& [r, t] : bad) {
+      poll();
       if (exhausted()) break;
       if (!alive(t) || !(ratio_[std::size_t(t)] > target)) continue;
       if (attempt(t)) ++done;
@@ -582,6 +591,7 @@ private:
     std::sort(order.begin(), order.end());
     std::size_t done = 0;
     for (const auto& [w, v] : order) {
+      poll();
       if (exhausted()) break;
       if (smooth(v)) ++done;
       tried_smooth_[std::size_t(v)] = stamp_;
@@ -784,6 +794,8 @@ private:
   std::uint32_t stamp_ = 1;
   double floor_ = kBad;
   mutable std::int64_t work_ = 0;  // tets rated
+  std::int64_t next_poll_ = 0;
+  double share_ = 0;  // of the rounds
   std::vector<std::uint32_t> tried_flip_, tried_smooth_, tried_collapse_;
   Flip best_;
   std::vector<std::int32_t> around_, ring_, old_;

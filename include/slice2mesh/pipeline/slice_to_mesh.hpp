@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -118,6 +120,47 @@ inline void check_plate(const Options& options, const SlabPlan& plan) {
     throw OptionError("plate.margin", "must be at least twice eps");
 }
 
+/// No element size below this share of the extent: the mesh would have more than 10^12 vertices.
+inline constexpr double kSmallestSize = 1.0 / 1048576;
+
+/// Ends a run before the work where its sizes alone ask for more than the budget has, or than indices of 32 bits can
+/// count: areas and lengths of the contours give a number of vertices and tets that the mesh has at least. Without
+/// this, the points would be made, and memory used up, before the budget is looked at.
+inline void check_sizes(const LayerRegions& regions, const Options& options, const PlaneSizes& sizes) {
+  GridPoint low{kGridLimit, kGridLimit}, high{-kGridLimit, -kGridLimit};
+  for (const Outline& outline : regions.outlines)
+    for (const GridPoint& p : outline.vertices) {
+      low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+      high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+    }
+  const double smallest =
+      kSmallestSize * static_cast<double>(std::max(high.x - low.x, high.y - low.y)) * regions.grid.pitch;
+  if (!(sizes.size >= smallest)) throw OptionError("size.size", "is below 2^-20 of the extent of the part");
+  if (options.size.contour_size.value > 0 && !(sizes.contour_size >= smallest))
+    throw OptionError("size.contour_size", "is below 2^-20 of the extent of the part");
+  constexpr double kCautious = 0.25;  // harmonization shortens contours, the lattice is not everywhere
+  double vertices = 0, tets = 0;
+  for (const Outline& outline : regions.outlines) {
+    const double area = static_cast<double>(doubled_area(outline, kNone)) / 2 * regions.grid.pitch * regions.grid.pitch;
+    double length = 0;
+    for (const Outline::Edge& edge : outline.edges)
+      length += distance(outline.vertices[static_cast<std::size_t>(edge.a)],
+                         outline.vertices[static_cast<std::size_t>(edge.b)]);
+    const double triangles = area / (std::sqrt(3.0) / 4 * sizes.size * sizes.size);
+    vertices += kCautious * (triangles / 2 + length * regions.grid.pitch / sizes.contour_size);
+    tets += kCautious * 3 * triangles;
+  }
+  const auto over = [](double needed, std::int64_t budget) {
+    return needed > (budget > 0 ? static_cast<double>(budget) : static_cast<double>(INT32_MAX));
+  };
+  if (over(vertices, options.budget.max_vertices))
+    throw BudgetError(Stage::Triangulate, "the sizes ask for more vertices than " +
+                                              std::string(options.budget.max_vertices > 0 ? "max_vertices" : "2^31"));
+  if (over(tets, options.budget.max_tets))
+    throw BudgetError(Stage::Tetrahedralize, "the sizes ask for more tets than " +
+                                                 std::string(options.budget.max_tets > 0 ? "max_tets" : "2^31"));
+}
+
 /// The axioms that were checked, as a certificate.
 [[nodiscard]] inline Certificate certificate_of(const AxiomReport& axioms, const Mesh& mesh, const Plc& plc) {
   Certificate certificate;
@@ -168,16 +211,19 @@ SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& o
       build_regions_on_plate(stack, plan, options.supports, options.plate, result.diagnostics, progress);
   detail::check_plate(options, plan);
   const PlaneSizes sizes = resolve_sizes(options.size, regions);
+  detail::check_sizes(regions, options, sizes);
   clock.done(Stage::Regions);
   HarmonizeOptions harmonize_options;
   harmonize_options.eps = options.eps.in_mm(plan.thickness);
   harmonize_options.contour_size = sizes.contour_size;
   const Contours contours = harmonize(regions, harmonize_options, result.diagnostics, progress);
+  slice2mesh::report(progress, Stage::Harmonize, 1);
   report.separation = measure_separation(contours);
   note_separation(report.separation, contours.slabs, result.diagnostics);
   clock.done(Stage::Harmonize);
   PlaneStack planes = triangulate_planes(contours, sizes, options.budget, progress);
   clock.done(Stage::Triangulate);
+  slice2mesh::report(progress, Stage::Plc, 0);
   result.plc = build_plc(contours, planes.meshes, planes.slab_planes);
   clock.done(Stage::Plc);
   result.mesh = model.with_progress(progress)(result.plc);
@@ -188,6 +234,7 @@ SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& o
   if (traits.facets == FacetKeeping::Exactly)
     improve(contours, planes, result.plc, result.mesh, options.improve, progress);
   clock.done(Stage::Improve);
+  slice2mesh::report(progress, Stage::Certify, 0);
   if (traits.facets == FacetKeeping::Exactly) {
     report.certificate = certify(result.mesh, result.plc);
   } else {
@@ -197,6 +244,7 @@ SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& o
   }
   report.tetrahedralizer = traits.name;
   clock.done(Stage::Certify);
+  slice2mesh::report(progress, Stage::Quality, 0);
   QualityOptions quality_options;
   quality_options.metric_l = sizes.size;
   quality_options.metric_h = plan.thickness;
@@ -204,6 +252,7 @@ SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& o
   report.quality = measure_quality(result.mesh, quality_options);
   clock.done(Stage::Quality);
 
+  slice2mesh::report(progress, Stage::Fem, 0);
   report.estimates =
       estimate_slicing(result.plc, options.finer_slices ? finer_slices(stack, plan, options.slabs, progress)
                                                         : std::vector<FinerSlice>());

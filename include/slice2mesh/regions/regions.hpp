@@ -37,16 +37,22 @@ struct LayerRegions {
 
 /// A grid for everything between two corners (mm): 2^40 pitches across the larger side, or as fine as coordinates of
 /// this distance from the origin allow in double (2^-52 of it). Precondition: finite corners. Errors: GeometryError
-/// where the extent is zero or above 1e150.
+/// where the extent is not between 1e-100 and 1e100 mm, or the part is farther from the origin than 2^28 times its extent.
 [[nodiscard]] inline Grid make_grid(Point2 low, Point2 high) {
   const double extent = std::max(high.x - low.x, high.y - low.y);
   const double reach = std::max({std::fabs(low.x), std::fabs(low.y), std::fabs(high.x), std::fabs(high.y)});
-  constexpr double kLargest = 1e150;  // mm; squares of larger numbers would not be finite
-  if (!(extent > 0) || !(reach < kLargest))
+  // mm; volumes of larger parts would not be finite, those of smaller ones not normal numbers.
+  constexpr double kLargest = 1e100, kSmallest = 1e-100;
+  if (!(extent > kSmallest) || !(reach < kLargest))
     throw GeometryError(Stage::Regions, -1, -1, "the slices have no extent in the plane, or no finite one");
   int extent_exponent = 0, reach_exponent = 0;
   std::frexp(extent, &extent_exponent);
   std::frexp(reach, &reach_exponent);
+  // What is left of the 53 bits of a coordinate for the part itself must be enough for a mesh.
+  constexpr int kFewestBits = 24;
+  if (reach_exponent - extent_exponent > 52 - kFewestBits)
+    throw GeometryError(Stage::Regions, -1, -1,
+                        "the part is too far from the origin for its size: its coordinates have no digits left");
   Grid grid;
   grid.pitch = std::ldexp(1.0, std::max(extent_exponent - 40, reach_exponent - 52));
   grid.origin_x = round_to_step(static_cast<std::int64_t>(std::floor((low.x + high.x) / 2 / grid.pitch)));

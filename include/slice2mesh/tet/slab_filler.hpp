@@ -535,6 +535,12 @@ struct SlabFiller {
       inner_wall[std::size_t(facet.wall)] = facet.label == FacetLabel::InnerWall;
     }
     detail::Sheets sheets(plc);
+    constexpr std::size_t kPollEvery = 4096;  // tets
+    const auto poll = [&](std::size_t s) {
+      report(progress, Stage::Tetrahedralize, double(s) / double(plc.slabs.size()));
+      if (max_tets > 0 && static_cast<std::int64_t>(mesh.tets.size()) > max_tets)
+        throw BudgetError(Stage::Tetrahedralize, "the mesh needs more tets than max_tets");
+    };
     for (std::size_t s = 0; s < plc.slabs.size(); ++s) {
       report(progress, Stage::Tetrahedralize, double(s) / double(plc.slabs.size()));
       const auto slab = static_cast<std::int32_t>(s);
@@ -545,13 +551,13 @@ struct SlabFiller {
         mesh.tets.push_back(tet);
         mesh.tet_slab.push_back(slab);
         mesh.tet_region.push_back(region);
+        if (mesh.tets.size() % kPollEvery == 0) poll(s);
       });
       std::vector<detail::WallTet> flat;
       for (const detail::WallTet& w : fill.wall_tets())
         if (inner_wall[std::size_t(w.wall)]) flat.push_back(w);
       if (!flat.empty()) detail::WallTets(plc, mesh, first, slab).close(flat);
-      if (max_tets > 0 && static_cast<std::int64_t>(mesh.tets.size()) > max_tets)
-        throw BudgetError(Stage::Tetrahedralize, "the mesh needs more tets than max_tets");
+      poll(s);
     }
     report(progress, Stage::Tetrahedralize, 1);
     return mesh;

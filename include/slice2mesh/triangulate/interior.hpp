@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <unordered_map>
 #include <vector>
 
@@ -52,8 +53,10 @@ private:
 
 /// Candidates for the interior vertices of the plane between two slabs (kNone: none). A pure function of the contours
 /// of these slabs and the next ones. Neighboring planes get the same points wherever all their contours are far enough.
+/// `poll` is called now and then; what it throws ends the work.
 [[nodiscard]] inline std::vector<GridPoint> interior_points(const Contours& contours, std::int32_t slab_below,
-                                                            std::int32_t slab_above, const InteriorSizes& sizes) {
+                                                            std::int32_t slab_above, const InteriorSizes& sizes,
+                                                            const std::function<void()>& poll = {}) {
   std::vector<GridPoint> result;
   const auto count = static_cast<std::int32_t>(contours.slabs.size());
   const auto touch = [&](std::int32_t s) {  // slab s touches slab s + 1
@@ -94,8 +97,10 @@ private:
   const auto row0 = std::int64_t(std::floor(double(low.y) / dy)), row1 = std::int64_t(std::ceil(double(high.y) / dy));
   const auto column0 = std::int64_t(std::floor(double(low.x) / dx)) - 1,
              column1 = std::int64_t(std::ceil(double(high.x) / dx));
+  constexpr std::int64_t kPollEvery = 4096;  // lattice points, and every row
   for (std::int64_t row = row0; row <= row1; ++row)
     for (std::int64_t column = column0; column <= column1; ++column) {
+      if (poll && ((column - column0) % kPollEvery == 0)) poll();
       const GridPoint p{round_to_step(std::llround((double(column) + (row % 2 != 0 ? 0.5 : 0)) * dx)),
                         round_to_step(std::llround(double(row) * dy))};
       if (own_index.distance(p, clear) < clear || next_index.distance(p, clear) < clear) continue;

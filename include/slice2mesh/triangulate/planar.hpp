@@ -49,6 +49,7 @@ using Cdt = CGAL::Constrained_Delaunay_triangulation_2<CdtKernel,
 
 /// Inserts the points in a spatially coherent order. The vertex with info i stands at points[i].
 inline std::vector<Cdt::Vertex_handle> insert_points(Cdt& cdt, const std::vector<GridPoint>& points) {
+  if (points.empty()) return {};  // the property map below takes the address of the first one
   std::vector<CdtPoint> coordinates;
   coordinates.reserve(points.size());
   for (const GridPoint& p : points) coordinates.push_back(to_cdt_point(p));

@@ -41,6 +41,7 @@ struct PlaneRefinement {
   double shortest = 0;  ///< no new vertex nearer than this to another one (interior refinement)
   std::vector<GridPoint> interior;  ///< vertices to insert where they are clear of the contours
   std::size_t max_vertices = 0;     ///< budget; 0: none
+  std::function<void()> poll;       ///< called now and then; what it throws ends the work
 };
 
 namespace detail {
@@ -177,9 +178,16 @@ private:
       }
     }
   }
-  void check_budget() const {
+  void check_budget() {
+    poll();
     if (options_.max_vertices > 0 && points_.size() > options_.max_vertices)
       throw BudgetError(Stage::Triangulate, "a plane needs more vertices than max_vertices");
+  }
+
+  /// Listens to the caller every so many steps.
+  void poll() {
+    constexpr std::uint32_t kPollEvery = 1024;
+    if (options_.poll && ++steps_ % kPollEvery == 0) options_.poll();
   }
 
   /// The vertex in the diametral disc of a piece that is nearest to it, of the two opposite ones; kNone if the piece is
@@ -355,6 +363,7 @@ private:
     while (!queue.empty()) {
       const std::int32_t s = queue.back();
       queue.pop_back();
+      poll();
       const std::int32_t v = encroacher(subs_[std::size_t(s)]);
       if (v != kNone) split(s, v, queue);
     }
@@ -402,7 +411,10 @@ private:
   }
   void insert_interior() {
     Cdt::Face_handle hint;
-    for (const GridPoint& p : options_.interior) insert_free(p, hint, 0);
+    for (const GridPoint& p : options_.interior) {
+      poll();
+      insert_free(p, hint, 0);
+    }
   }
 
   struct Bad {
@@ -439,6 +451,7 @@ private:
     for (const Cdt::Face_handle f : cdt_.finite_face_handles()) push(f);
     std::vector<std::int32_t> subs;
     for (std::size_t next = 0; next < queue.size(); ++next) {
+      poll();
       const Bad bad = queue[next];
       Cdt::Face_handle f;
       if (!cdt_.is_face(bad.v[0], bad.v[1], bad.v[2], f)) continue;
@@ -463,6 +476,7 @@ private:
   std::unordered_map<std::uint64_t, std::int32_t> sub_of_;
   std::vector<Cdt::Face_handle> zone_;
   std::vector<Cdt::Edge> border_;
+  std::uint32_t steps_ = 0;
   Cdt cdt_;
 };
 

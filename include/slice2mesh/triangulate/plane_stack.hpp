@@ -74,10 +74,13 @@ struct PlaneStack {
   std::int64_t vertices = 0;
   for (std::size_t k = 0; k < planes.size(); ++k) {
     report(progress, Stage::Triangulate, double(k) / double(planes.size()));
+    const auto poll = [&] { report(progress, Stage::Triangulate, double(k) / double(planes.size())); };
     InterfacePlane plane = lift(contours, planes[k].first, planes[k].second);
     PlaneRefinement refinement;
     refinement.interior =
-        interior_points(contours, planes[k].first, planes[k].second, {sizes.size / pitch, sizes.contour_size / pitch});
+        interior_points(contours, planes[k].first, planes[k].second, {sizes.size / pitch, sizes.contour_size / pitch},
+                        poll);
+    refinement.poll = poll;
     // In exact mode contours have angles and distances of any smallness: there is no shape to refine for.
     refinement.radius_edge_ratio = contours.eps > 0 ? kRadiusEdgeRatio : 0;
     refinement.shortest = kShortestShare * contours.thickness / pitch;

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+/// @file
+/// @brief Signals: the first one to interrupt or terminate ends the work in an orderly way, with no partial file.
+#pragma once
+
+namespace slice2mesh_program {
+
+/// From now on SIGINT and SIGTERM are noted, once each; a second one ends the program at once, as usual. A file that
+/// grows over the limit of the process (SIGXFSZ) is an error of writing and not the end.
+void note_signals();
+
+/// Whether the program was asked to stop.
+[[nodiscard]] bool interrupted() noexcept;
+
+}  // namespace slice2mesh_program

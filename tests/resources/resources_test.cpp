@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: MIT
+// Budgets, cancellation from any place, and the same bytes every time.
+#include <algorithm>
+#include <cstdint>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "slice2mesh/core/error.hpp"
+#include "slice2mesh/io/write_mesh.hpp"
+#include "test_support.hpp"
+#include "torture/generators.hpp"
+#include "torture/pipeline_runner.hpp"
+
+using namespace slice2mesh;
+using namespace slice2mesh_test;
+
+namespace {
+
+SliceStack sample(std::uint32_t seed = 5) {
+  Dice dice(seed);
+  std::vector<torture::Slice> slices;
+  for (int l = 0; l < 5; ++l)
+    slices.push_back({torture::star({0.1 * l, 0}, 4, 21, 0.3, 0.02 * l + dice.real(0, 0.01)),
+                      torture::star({1, 0}, 1, 9, 0, 0, Direction::Inner)});
+  return torture::stack_of(slices);
+}
+
+struct Call {
+  Stage stage;
+  double share;
+};
+
+/// All calls of the progress function of a run.
+std::vector<Call> calls_of(const SliceStack& stack, Options options) {
+  std::vector<Call> calls;
+  options.progress = [&](Stage stage, double share) {
+    calls.push_back({stage, share});
+    return true;
+  };
+  const Outcome outcome = run_pipeline(stack, options);
+  REQUIRE(outcome.certified());
+  return calls;
+}
+
+class Stop : public std::runtime_error {
+public:
+  using std::runtime_error::runtime_error;
+};
+
+}  // namespace
+
+TEST_CASE("progress comes from every stage, in their order, with shares that grow from 0 to 1") {
+  Options options;
+  options.slabs.lump = 2;  // so that the estimates unite all slices
+  const std::vector<Call> calls = calls_of(sample(), options);
+  std::set<Stage> seen;
+  for (std::size_t i = 0; i < calls.size(); ++i) {
+    seen.insert(calls[i].stage);
+    CHECK(calls[i].share >= 0);
+    CHECK(calls[i].share <= 1);
+    if (i > 0 && calls[i].stage == calls[i - 1].stage) CHECK(calls[i].share >= calls[i - 1].share);
+  }
+  for (const Stage stage : {Stage::Regions, Stage::Harmonize, Stage::Triangulate, Stage::Plc, Stage::Tetrahedralize,
+                            Stage::Improve, Stage::Certify, Stage::Quality, Stage::Fem}) {
+    INFO(to_string(stage));
+    CHECK(seen.count(stage) == 1);
+  }
+}
+
+TEST_CASE("a run is cancelled by any of its calls, and a listener may throw what it likes") {
+  Options options;
+  options.size.size = Length::mm(1.5);
+  const std::vector<Call> calls = calls_of(sample(), options);
+  REQUIRE(calls.size() > 15);
+  // Every call up to forty, the last ten, and about forty more between.
+  const std::size_t step = std::max<std::size_t>(1, calls.size() / 40);
+  std::set<Stage> cancelled;
+  for (std::size_t stop = 0; stop < calls.size(); stop += stop < 40 || stop + 10 + step >= calls.size() ? 1 : step) {
+    CAPTURE(stop);
+    std::size_t n = 0;
+    options.progress = [&](Stage, double) { return n++ != stop; };
+    const Outcome outcome = run_pipeline(sample(), options);
+    CHECK(outcome.ending == Ending::Cancelled);
+    CHECK(outcome.message == std::string(to_string(calls[stop].stage)) + ": cancelled");
+    CHECK(n == stop + 1);  // nobody asks again
+    cancelled.insert(calls[stop].stage);
+    n = 0;
+    options.progress = [&](Stage, double) -> bool {
+      if (n++ == stop) throw Stop("enough");
+      return true;
+    };
+    const Outcome thrown = run_pipeline(sample(), options);
+    CHECK(thrown.ending == Ending::Foreign);
+    CHECK(thrown.message == "enough");
+  }
+  CHECK(cancelled.size() >= 8);
+}
+
+TEST_CASE("every budget ends a run with a BudgetError, and a budget that suffices changes nothing") {
+  const Outcome free = run_pipeline(sample());
+  REQUIRE(free.certified());
+  const auto vertices = static_cast<std::int64_t>(free.mesh.vertices.size());
+  const auto tets = static_cast<std::int64_t>(free.mesh.tets.size());
+  for (const std::int64_t share : {1, 10, 100, 1000}) {
+    Options options;
+    options.budget.max_vertices = std::max<std::int64_t>(1, vertices / share / 2);
+    CHECK(run_pipeline(sample(), options).ending == Ending::BudgetError);
+    options = {};
+    options.budget.max_tets = std::max<std::int64_t>(1, tets / share / 2);
+    CHECK(run_pipeline(sample(), options).ending == Ending::BudgetError);
+  }
+  for (const double seconds : {1e-300, 1e-6, 1e-3}) {
+    Options options;
+    options.budget.time_limit = seconds;
+    CHECK(run_pipeline(sample(), options).ending == Ending::BudgetError);
+  }
+  Options options;
+  options.budget.max_vertices = 4 * vertices;  // planes are counted before vertices are taken out of them
+  options.budget.max_tets = 4 * tets;
+  options.budget.time_limit = 1e6;
+  CHECK(same_mesh(free.mesh, run_pipeline(sample(), options).mesh));
+}
+
+TEST_CASE("sizes that ask for more than the budget end before the points are made") {
+  Options options;
+  options.size.size = Length::mm(1e-4);
+  options.budget.max_vertices = 1000000;
+  std::set<Stage> seen;
+  options.progress = [&](Stage stage, double) {
+    seen.insert(stage);
+    return true;
+  };
+  CHECK(run_pipeline(sample(), options).ending == Ending::BudgetError);
+  CHECK(seen.count(Stage::Triangulate) == 0);
+  options.budget.max_vertices = 0;
+  options.size.size = Length::mm(1.5e-5);  // more than indices of 32 bits can count
+  CHECK(run_pipeline(sample(), options).ending == Ending::BudgetError);
+  options.size.size = Length::mm(1e-7);
+  CHECK(run_pipeline(sample(), options).ending == Ending::OptionError);
+  options.size = {};
+  options.size.contour_size = Length::mm(1e-300);
+  CHECK(run_pipeline(sample(), options).ending == Ending::OptionError);
+}
+
+TEST_CASE("the same input gives the same mesh: once more, after other work, and in several threads at a time") {
+  const std::vector<SliceStack> stacks = {sample(1), sample(2), sample(3)};
+  std::vector<Mesh> first;
+  std::set<std::uint64_t> different;
+  for (const SliceStack& stack : stacks) {
+    first.push_back(run_pipeline(stack).mesh);
+    REQUIRE(!first.back().tets.empty());
+    different.insert(fingerprint(first.back()));
+  }
+  CHECK(different.size() == stacks.size());
+  std::vector<Mesh> again(stacks.size());
+  std::vector<std::thread> threads;
+  for (std::size_t i = 0; i < stacks.size(); ++i)
+    threads.emplace_back([&, i] { again[i] = run_pipeline(stacks[i]).mesh; });
+  for (std::thread& thread : threads) thread.join();
+  for (std::size_t i = 0; i < stacks.size(); ++i) {
+    CAPTURE(i);
+    CHECK(same_mesh(first[i], again[i]));
+    CHECK(same_mesh(first[i], run_pipeline(stacks[i]).mesh));
+    CHECK(fingerprint(first[i]) == fingerprint(again[i]));
+  }
+}
