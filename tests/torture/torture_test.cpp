@@ -4,7 +4,6 @@
 #include <map>
 #include <set>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "test_support.hpp"
@@ -17,18 +16,6 @@ namespace {
 
 constexpr std::uint32_t kSeed = 1;
 
-/// Inputs that are not handled yet (docs/reliability.md): class, and what its name begins with. Left out and said.
-const std::vector<std::pair<std::string, std::string>> kKnownFaults = {
-    {"repeated_loops", "2 parts over each other"},
-    {"self_crossing", "random loops on a lattice 1"},
-};
-
-bool is_known_fault(const std::string& kind, const std::string& name) {
-  for (const auto& [known_kind, begin] : kKnownFaults)
-    if (kind == known_kind && name.rfind(begin, 0) == 0) return true;
-  return false;
-}
-
 /// Classes that take seconds each at seed 1.
 const std::set<std::string> kSlow = {"checkerboards", "repeated_loops", "self_crossing", "at_the_grid"};
 /// Classes that are left to torture_driver: up to minutes each, most of it in exact mode.
@@ -40,10 +27,6 @@ void check_class(const TortureClass& kind, std::uint32_t seed) {
   const std::vector<TortureCase> inputs = kind.make(seed);
   REQUIRE(!inputs.empty());
   for (const TortureCase& input : inputs) {
-    if (is_known_fault(kind.name, input.name)) {
-      WARN(kind.name << ": " << input.name << ": a known fault, left out");
-      continue;
-    }
     CAPTURE(kind.name, seed, input.name);
     const Outcome outcome = run_pipeline(input.stack, input.options);
     INFO(to_string(outcome.ending) << ": " << outcome.message);
