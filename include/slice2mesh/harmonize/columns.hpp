@@ -262,10 +262,11 @@ private:
     return true;
   }
 
-  /// Does a vertex get too near to an edge, or leave one that it lies on? On: the overlay of the plane leads the edge
-  /// through the vertex.
-  [[nodiscard]] bool gets_close(double before, double now) const {
+  /// Does a vertex get too near to an edge, or leave one of another slab that it lies on? On: the overlay of the plane
+  /// leads the edge through the vertex.
+  [[nodiscard]] bool gets_close(double before, double now, bool same_slab) const {
     constexpr double kOn = kAttachSteps * double(kContourStep);
+    if (same_slab) return now < clearance_ && now < before;
     return now < clearance_ && now > kOn && (now < before || before <= kOn);
   }
 
@@ -296,7 +297,7 @@ private:
               blocked = true;
               return;
             }
-            blocked = gets_close(segment_distance(y, p, q), segment_distance(y, target, q));
+            blocked = blocked || gets_close(segment_distance(y, p, q), segment_distance(y, target, q), s == step.slab);
           };
           other.start.for_each_near(p, q, pad, [&](std::size_t f) {
             if (blocked || !other.alive[f]) return;
@@ -305,8 +306,8 @@ private:
             look(b);
             if (blocked || a == p || b == p || a == target || b == target) return;
             if (a == c.v || a == c.w || b == c.v || b == c.w) return;
-            blocked =
-                gets_close(segment_distance(p, a, b), segment_distance(target, a, b)) || segments_meet(p, target, a, b);
+            blocked = gets_close(segment_distance(p, a, b), segment_distance(target, a, b), s == step.slab) ||
+                      segments_meet(p, target, a, b);
           });
           if (blocked) return false;
         }
