@@ -286,10 +286,14 @@ private:
         if (distance(target, q) > std::max(limits_.longest, distance(p, q))) return false;
         const int turn = orientation(p, target, q);
         const auto pad = std::int64_t(std::ceil(move + reach_ + limits_.clearance)) + 1;
+        const auto clear = std::int64_t(std::ceil(clearance_)) + 1;
+        const GridPoint low{std::min({p.x, target.x, q.x}) - clear, std::min({p.y, target.y, q.y}) - clear};
+        const GridPoint high{std::max({p.x, target.x, q.x}) + clear, std::max({p.y, target.y, q.y}) + clear};
         for (std::size_t s = first; s <= last; ++s) {
           const Sheet& other = sheets_[s];
           bool blocked = false;
           const auto look = [&](const GridPoint& y) {
+            if (y.x < low.x || y.x > high.x || y.y < low.y || y.y > high.y) return;
             if (y == p || y == q || y == target || y == c.v || y == c.w) return;
             const int a = orientation(p, target, y), b = orientation(target, q, y), d = orientation(q, p, y);
             if (turn == 0 ? a == 0 && b == 0 && d == 0 && segment_distance(y, p, q) <= move
@@ -302,6 +306,8 @@ private:
           other.start.for_each_near(p, q, pad, [&](std::size_t f) {
             if (blocked || !other.alive[f]) return;
             const GridPoint &a = other.point(other.outline.edges[f].a), &b = other.point(other.outline.edges[f].b);
+            if (std::max(a.x, b.x) < low.x || std::min(a.x, b.x) > high.x) return;
+            if (std::max(a.y, b.y) < low.y || std::min(a.y, b.y) > high.y) return;
             look(a);
             look(b);
             if (blocked || a == p || b == p || a == target || b == target) return;
