@@ -164,6 +164,88 @@ TEST_CASE("a contour has no edge longer than its size") {
   CHECK(edges > 100);
 }
 
+namespace {
+
+/// A closed polygon, material inside, counter-clockwise.
+Outline polygon(const std::vector<GridPoint>& points) {
+  Outline outline;
+  outline.vertices = points;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    outline.edges.push_back({std::int32_t(i), std::int32_t((i + 1) % points.size()), 0, kNone});
+  detail::normalize(outline);
+  return outline;
+}
+
+struct MergedColumns {
+  std::vector<Outline> outlines;
+  std::vector<char> changed;
+};
+/// Columns nearer than 1600 pitches merged, in slabs that stand on each other and are their own slices.
+MergedColumns merge(const std::vector<Outline>& outlines, double deviation, const std::vector<char>& frozen = {}) {
+  std::vector<Slab> slabs(outlines.size());
+  for (std::size_t s = 0; s < slabs.size(); ++s) slabs[s].z_low = double(s), slabs[s].z_high = double(s + 1);
+  const std::vector<char> none(outlines.size(), 0);
+  MergedColumns result{outlines, {}};
+  detail::ColumnMerger merger(result.outlines, outlines, slabs, frozen.empty() ? none : frozen,
+                              {1600, deviation, 600, 1e9});
+  merger.run(result.changed, [](double) {});
+  return result;
+}
+
+const std::int64_t kSide = 160000;
+const GridPoint kShort{kSide - 800, kSide};  // next to a corner of the square
+const std::vector<GridPoint> kSquare{{0, 0}, {kSide, 0}, {kSide, kSide}, {0, kSide}};
+
+}  // namespace
+
+TEST_CASE("a short edge goes in all slabs that have it, and they stay alike") {
+  const Outline with = polygon({{0, 0}, {kSide, 0}, {kSide, kSide}, kShort, {0, kSide}});
+  const MergedColumns merged = merge({with, with, with}, 1000);
+  for (const Outline& outline : merged.outlines) {
+    check_valid(outline);
+    CHECK(same(outline, polygon(kSquare)));  // the corner stays, as nothing is nearer to the slice
+  }
+  CHECK(merged.changed == std::vector<char>(3, 1));
+}
+
+TEST_CASE("vertices of neighboring slabs that are close get one place, whichever slab is the lower one") {
+  const Outline lower = polygon(kSquare), upper = polygon({{0, 0}, {kSide, 0}, {kSide + 800, kSide + 480}, {0, kSide}});
+  for (const bool swapped : {false, true}) {
+    const MergedColumns merged =
+        merge(swapped ? std::vector<Outline>{upper, upper, lower} : std::vector<Outline>{lower, lower, upper}, 1000);
+    for (const Outline& outline : merged.outlines) {
+      check_valid(outline);
+      CHECK(same(outline, merged.outlines[0]));
+    }
+  }
+}
+
+TEST_CASE("columns do not merge where a slab would leave its slice, nor in slabs that are to stay") {
+  const Outline lower = polygon(kSquare), upper = polygon({{0, 0}, {kSide, 0}, {kSide + 800, kSide + 480}, {0, kSide}});
+  const MergedColumns near = merge({lower, upper}, 300);  // half of their distance is 466
+  CHECK(same(near.outlines[0], lower));
+  CHECK(same(near.outlines[1], upper));
+  CHECK(near.changed == std::vector<char>(2, 0));
+  const MergedColumns frozen = merge({lower, upper}, 1000, {0, 1});
+  CHECK(same(frozen.outlines[0], lower));
+  CHECK(same(frozen.outlines[1], upper));
+}
+
+TEST_CASE("a column does not move across what stands in its way") {
+  // The upper slab is a frame whose hole has a tip between the two vertices that are close.
+  const Outline lower = polygon({{0, 0}, {kSide, 0}, {kSide, kSide}, {0, kSide}});
+  Outline upper = polygon({{0, 0}, {kSide, 0}, {kSide + 1040, kSide + 1040}, {0, kSide}});
+  const Outline tip =
+      polygon({{kSide + 160, kSide + 640}, {kSide / 2 - 16000, kSide / 2 + 16000}, {kSide / 2, kSide / 2}});
+  const auto first = std::int32_t(upper.vertices.size());
+  upper.vertices.insert(upper.vertices.end(), tip.vertices.begin(), tip.vertices.end());
+  for (const Outline::Edge& e : tip.edges) upper.edges.push_back({e.a + first, e.b + first, e.right, e.left});
+  detail::normalize(upper);
+  check_valid(upper);
+  const MergedColumns merged = merge({lower, upper}, 3000);
+  for (const Outline& outline : merged.outlines) check_valid(outline);
+}
+
 TEST_CASE("a tolerance that is no length is refused") {
   const SliceStack stack = stack_of({{rectangle(0, 0, 1, 1)}, {rectangle(0, 0, 1, 1)}});
   CHECK_THROWS_AS(harmonize_stack(stack, -1), OptionError);

@@ -239,8 +239,10 @@ private:
         for (const std::int32_t e : sheet.edges_at[std::size_t(v)]) {
           const std::int32_t x = sheet.other_end(e, v);
           if (x == step.v || x == step.w) continue;
-          worst = std::max({worst, segment_distance(sheet.point(v), sheet.point(x), target),
-                            segment_distance(target, sheet.point(x), sheet.point(v))});
+          worst = std::max(worst, segment_distance(sheet.point(v), sheet.point(x), target));
+          // Where both are there, the target lies on the edge between them.
+          if (step.v == kNone || step.w == kNone)
+            worst = std::max(worst, segment_distance(target, sheet.point(x), sheet.point(v)));
         }
       }
     }

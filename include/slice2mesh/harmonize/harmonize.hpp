@@ -63,9 +63,9 @@ inline constexpr double kShortToleranceShare = 0.3;  // ... this tolerance
 inline constexpr double kSnapShare = 0.45;           // vertices this near to one below move onto it
 /// What simplification and merging after the opening have moved is compared with the contour below once more.
 inline constexpr int kPasses = 2;
-inline constexpr double kColumnShare = 1.5;          // columns nearer than this are merged ...
+inline constexpr double kColumnShare = 1.5;        // columns nearer than this are merged ...
 inline constexpr double kColumnDeviation = 0.97;   // ... within this deviation ...
-inline constexpr double kClearanceShare = 0.7;    // ... and not if a vertex gets nearer than this to an edge
+inline constexpr double kClearanceShare = 0.7;     // ... and not if a vertex gets nearer than this to an edge
 inline constexpr double kResolutionShare = 0.005;  // resolution of the measured deviation
 
 /// Splits edges longer than `longest` pitches (about) where they cross lines x = k step or y = k step, whichever they

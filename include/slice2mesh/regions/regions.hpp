@@ -37,7 +37,8 @@ struct LayerRegions {
 
 /// A grid for everything between two corners (mm): 2^40 pitches across the larger side, or as fine as coordinates of
 /// this distance from the origin allow in double (2^-52 of it). Precondition: finite corners. Errors: GeometryError
-/// where the extent is not between 1e-100 and 1e100 mm, or the part is farther from the origin than 2^28 times its extent.
+/// where the extent is not between 1e-100 and 1e100 mm, or the part is farther from the origin than 2^28 times its
+/// extent.
 [[nodiscard]] inline Grid make_grid(Point2 low, Point2 high) {
   const double extent = std::max(high.x - low.x, high.y - low.y);
   const double reach = std::max({std::fabs(low.x), std::fabs(low.y), std::fabs(high.x), std::fabs(high.y)});

@@ -77,9 +77,8 @@ struct PlaneStack {
     const auto poll = [&] { report(progress, Stage::Triangulate, double(k) / double(planes.size())); };
     InterfacePlane plane = lift(contours, planes[k].first, planes[k].second);
     PlaneRefinement refinement;
-    refinement.interior =
-        interior_points(contours, planes[k].first, planes[k].second, {sizes.size / pitch, sizes.contour_size / pitch},
-                        poll);
+    refinement.interior = interior_points(contours, planes[k].first, planes[k].second,
+                                          {sizes.size / pitch, sizes.contour_size / pitch}, poll);
     refinement.poll = poll;
     // In exact mode contours have angles and distances of any smallness: there is no shape to refine for.
     refinement.radius_edge_ratio = contours.eps > 0 ? kRadiusEdgeRatio : 0;
