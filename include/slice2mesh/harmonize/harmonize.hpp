@@ -28,6 +28,8 @@ namespace slice2mesh {
 struct HarmonizeOptions {
   double eps = 0;           ///< largest deviation from the input, both ways; 0: exact mode, contours stay as they are
   double contour_size = 0;  ///< longest edge of a contour; 0: no limit
+  bool merge_columns =
+      true;  ///< merge contour vertices that are close, in all slabs (with eps and contour_size above 0)
 };
 
 /// The contours of all slabs, harmonized.
@@ -228,7 +230,7 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
     result.deviation.push_back(deviation * input.grid.pitch);
     result.outlines.push_back(std::move(outline));
   }
-  if (options.eps > 0) detail::merge_columns(result, input, eps, longest, progress);
+  if (options.eps > 0 && options.merge_columns) detail::merge_columns(result, input, eps, longest, progress);
   report(progress, Stage::Harmonize, 1);
   return result;
 }
