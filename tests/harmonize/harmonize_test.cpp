@@ -188,7 +188,7 @@ MergedColumns merge(const std::vector<Outline>& outlines, double deviation, cons
   MergedColumns result{outlines, {}};
   detail::ColumnMerger merger(result.outlines, outlines, slabs, frozen.empty() ? none : frozen,
                               {1600, deviation, 600, 1e9});
-  merger.run(result.changed, [](double) {});
+  merger.run(result.changed, [] {});
   return result;
 }
 

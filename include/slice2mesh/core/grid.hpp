@@ -3,6 +3,7 @@
 /// @brief The integer grid on which all coordinates in the plane lie.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 namespace slice2mesh {
@@ -16,6 +17,15 @@ struct GridPoint {
   friend bool operator==(const GridPoint& a, const GridPoint& b) { return a.x == b.x && a.y == b.y; }
   friend bool operator!=(const GridPoint& a, const GridPoint& b) { return !(a == b); }
   friend bool operator<(const GridPoint& a, const GridPoint& b) { return a.x != b.x ? a.x < b.x : a.y < b.y; }
+};
+
+/// Hash of a grid point, or of the column and row of a cell.
+struct GridHash {
+  /// The hash.
+  [[nodiscard]] std::size_t operator()(const GridPoint& p) const noexcept {
+    return static_cast<std::size_t>(static_cast<std::uint64_t>(p.x) * 0x9E3779B97F4A7C15ULL ^
+                                    (static_cast<std::uint64_t>(p.y) + 0x7F4A7C15ULL) * 0xC2B2AE3D27D4EB4FULL);
+  }
 };
 
 /// The grid. `pitch` is a power of two (mm); the origin is a whole number of pitches. Every grid point within the

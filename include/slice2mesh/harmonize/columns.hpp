@@ -46,7 +46,8 @@ public:
   }
 
   /// Merges until nothing more can be merged, or a number of rounds is over. `changed` (#S) tells the slabs concerned.
-  void run(std::vector<char>& changed, const std::function<void(double)>& poll) {
+  /// `poll` is called now and then; what it throws ends the work.
+  void run(std::vector<char>& changed, const std::function<void()>& poll) {
     changed.assign(sheets_.size(), 0);
     for (int round = 0; round < kRounds; ++round) {
       std::vector<Candidate> candidates = close_pairs();
@@ -57,7 +58,7 @@ public:
       });
       std::size_t merged = 0;
       for (std::size_t i = 0; i < candidates.size(); ++i) {
-        if (i % 256 == 0) poll((double(round) + double(i) / double(candidates.size())) / kRounds);
+        if (i % kPollEvery == 0) poll();
         if (merge(candidates[i], changed)) ++merged;
       }
       if (merged == 0) break;
@@ -68,14 +69,8 @@ public:
 
 private:
   static constexpr int kRounds = 3;
-  static constexpr double kLargestDrift = 2;  // of the distance of close columns: what an edge's end moves in all
-
-  struct PlaceHash {
-    std::size_t operator()(const GridPoint& p) const {
-      return std::size_t(std::uint64_t(p.x) * 0x9E3779B97F4A7C15ULL ^
-                         (std::uint64_t(p.y) + 0x7F4A7C15ULL) * 0xC2B2AE3D27D4EB4FULL);
-    }
-  };
+  static constexpr std::size_t kPollEvery = 256;  // candidates
+  static constexpr double kLargestDrift = 2;      // of the distance of close columns: what an edge's end moves in all
 
   /// The contour of one slab while it changes.
   struct Sheet {
@@ -93,7 +88,7 @@ private:
     std::vector<std::vector<std::int32_t>> edges_at;  // #V
     std::vector<char> alive;                          // #E
     std::vector<double> drift;                        // #V: how far the ends of edges at a vertex have come
-    std::unordered_map<GridPoint, std::int32_t, PlaceHash> place;
+    std::unordered_map<GridPoint, std::int32_t, GridHash> place;
     std::unique_ptr<SegmentIndex> slice;
 
     [[nodiscard]] const GridPoint& point(std::int32_t v) const { return outline.vertices[std::size_t(v)]; }
@@ -291,6 +286,9 @@ private:
         const auto clear = std::int64_t(std::ceil(clearance_)) + 1;
         const GridPoint low{std::min({p.x, target.x, q.x}) - clear, std::min({p.y, target.y, q.y}) - clear};
         const GridPoint high{std::max({p.x, target.x, q.x}) + clear, std::max({p.y, target.y, q.y}) + clear};
+        const auto in_box = [&](const GridPoint& y) {  // of the way and the edge, exactly
+          return y.x >= low.x + clear && y.x <= high.x - clear && y.y >= low.y + clear && y.y <= high.y - clear;
+        };
         for (std::size_t s = first; s <= last; ++s) {
           const Sheet& other = sheets_[s];
           bool blocked = false;
@@ -298,8 +296,7 @@ private:
             if (y.x < low.x || y.x > high.x || y.y < low.y || y.y > high.y) return;
             if (y == p || y == q || y == target || y == c.v || y == c.w) return;
             const int a = orientation(p, target, y), b = orientation(target, q, y), d = orientation(q, p, y);
-            if (turn == 0 ? a == 0 && b == 0 && d == 0 && segment_distance(y, p, q) <= move
-                          : a * turn >= 0 && b * turn >= 0 && d * turn >= 0) {
+            if (turn == 0 ? d == 0 && in_box(y) : a * turn >= 0 && b * turn >= 0 && d * turn >= 0) {
               blocked = true;
               return;
             }
@@ -330,18 +327,11 @@ private:
     if (!sheet.slice) sheet.slice = std::make_unique<SegmentIndex>(slices_[step.slab]);
     old_.clear();
     now_.clear();
-    std::int64_t x0 = target.x, x1 = target.x, y0 = target.y, y1 = target.y;
-    const auto widen = [&](const GridPoint& p) {
-      x0 = std::min(x0, p.x), x1 = std::max(x1, p.x);
-      y0 = std::min(y0, p.y), y1 = std::max(y1, p.y);
-    };
     for (const std::int32_t v : {step.v, step.w}) {
       if (v == kNone) continue;
       for (const std::int32_t e : sheet.edges_at[std::size_t(v)]) {
         const std::int32_t x = sheet.other_end(e, v);
         old_.emplace_back(sheet.point(v), sheet.point(x));
-        widen(sheet.point(v));
-        widen(sheet.point(x));
         if (x == step.v || x == step.w) continue;
         now_.emplace_back(target, sheet.point(x));
       }
@@ -362,20 +352,16 @@ private:
     std::sort(now_.begin() + std::ptrdiff_t(own), now_.end());
     now_.erase(std::unique(now_.begin() + std::ptrdiff_t(own), now_.end()), now_.end());
     const auto wide = std::int64_t(std::ceil(limits_.deviation)) + 1;
-    bool good = true;
     seen_.clear();
     for (const auto& edge : old_)
       sheet.slice->for_each_near(edge.first, edge.second, wide, [&](std::size_t f) { seen_.push_back(f); });
     std::sort(seen_.begin(), seen_.end());
     seen_.erase(std::unique(seen_.begin(), seen_.end()), seen_.end());
     const Outline& slice = slices_[step.slab];
-    for (const std::size_t f : seen_) {
-      const GridPoint &a = slice.vertices[std::size_t(slice.edges[f].a)],
-                      &b = slice.vertices[std::size_t(slice.edges[f].b)];
-      good = good && slice_is_near(a, b);
-      if (!good) break;
-    }
-    return good;
+    return std::all_of(seen_.begin(), seen_.end(), [&](std::size_t f) {
+      return slice_is_near(slice.vertices[std::size_t(slice.edges[f].a)],
+                           slice.vertices[std::size_t(slice.edges[f].b)]);
+    });
   }
 
   /// Is every point of ab near the slice?

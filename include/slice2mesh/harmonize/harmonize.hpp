@@ -28,8 +28,8 @@ namespace slice2mesh {
 struct HarmonizeOptions {
   double eps = 0;           ///< largest deviation from the input, both ways; 0: exact mode, contours stay as they are
   double contour_size = 0;  ///< longest edge of a contour; 0: no limit
-  bool merge_columns =
-      true;  ///< merge contour vertices that are close, in all slabs (with eps and contour_size above 0)
+  /// Merge contour vertices that are close, in all slabs (with eps and contour_size above 0).
+  bool merge_columns = true;
 };
 
 /// The contours of all slabs, harmonized.
@@ -130,14 +130,14 @@ inline void subdivide(Outline& outline, double longest) {
 /// Merges contour vertices that are near to each other in all slabs (see ColumnMerger), and measures the deviation of
 /// the slabs concerned. Slabs that are then too far from their slices are left out of it, and all is done again.
 inline void merge_columns(Contours& contours, const LayerRegions& input, double eps, double longest,
-                          const Progress& progress) {
+                          Diagnostics& diagnostics, const Progress& progress) {
   if (!(longest < double(kGridLimit))) return;
   const ColumnLimits limits{kColumnShare * eps, kColumnDeviation * eps, kClearanceShare * eps, longest};
   std::vector<char> frozen(contours.outlines.size(), 0), changed;
   constexpr int kAttempts = 4;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     std::vector<Outline> outlines = contours.outlines;
-    ColumnMerger(outlines, input.outlines, contours.slabs, frozen, limits).run(changed, [&](double) {
+    ColumnMerger(outlines, input.outlines, contours.slabs, frozen, limits).run(changed, [&] {
       report(progress, Stage::Harmonize, 1);
     });
     std::vector<double> deviations = contours.deviation;
@@ -155,6 +155,8 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
     contours.deviation = std::move(deviations);
     return;
   }
+  diagnostics.add(Severity::Note, Stage::Harmonize, "columns_not_merged",
+                  "contour vertices are not merged over the slabs: slabs got too far from their slices");
 }
 
 }  // namespace detail
@@ -230,7 +232,8 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
     result.deviation.push_back(deviation * input.grid.pitch);
     result.outlines.push_back(std::move(outline));
   }
-  if (options.eps > 0 && options.merge_columns) detail::merge_columns(result, input, eps, longest, progress);
+  if (options.eps > 0 && options.merge_columns)
+    detail::merge_columns(result, input, eps, longest, diagnostics, progress);
   report(progress, Stage::Harmonize, 1);
   return result;
 }

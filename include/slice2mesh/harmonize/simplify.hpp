@@ -54,10 +54,7 @@ public:
 
 private:
   [[nodiscard]] std::int64_t column(std::int64_t x) const { return static_cast<std::int64_t>(floor_div(x, cell_)); }
-  [[nodiscard]] static std::uint64_t key(std::int64_t c, std::int64_t r) {
-    return static_cast<std::uint64_t>(c) * 0x9E3779B97F4A7C15ULL ^
-           (static_cast<std::uint64_t>(r) + 0x7F4A7C15ULL) * 0xC2B2AE3D27D4EB4FULL;
-  }
+  [[nodiscard]] static std::uint64_t key(std::int64_t c, std::int64_t r) { return GridHash{}({c, r}); }
   const std::vector<GridPoint>& vertices_;
   std::int64_t cell_;
   std::unordered_multimap<std::uint64_t, std::int32_t> map_;

@@ -42,9 +42,7 @@ public:
 
 private:
   [[nodiscard]] std::int64_t column(std::int64_t x) const { return std::int64_t(std::floor(double(x) / distance_)); }
-  static std::uint64_t key(std::int64_t c, std::int64_t r) {
-    return std::uint64_t(c) * 0x9E3779B97F4A7C15ULL ^ (std::uint64_t(r) + 0x7F4A7C15ULL) * 0xC2B2AE3D27D4EB4FULL;
-  }
+  static std::uint64_t key(std::int64_t c, std::int64_t r) { return GridHash{}({c, r}); }
   double distance_;
   std::unordered_multimap<std::uint64_t, GridPoint> cells_;
 };
