@@ -3,6 +3,7 @@
 # the project is built against the installed package, meshes a CLI file and writes an INP file.
 # cmake -DREADME=... -DDIRECTORY=... -DPREFIX=... -DSAMPLE=... -DGENERATOR=... -DCXX=... -DLAUNCHER=... -P readme_project.cmake
 cmake_minimum_required(VERSION 3.22)
+include("${CMAKE_CURRENT_LIST_DIR}/../script_support.cmake")
 file(READ "${README}" readme)
 string(REPLACE ";" "@SEMICOLON@" readme "${readme}")
 foreach(pair IN ITEMS "cpp main.cpp" "cmake CMakeLists.txt")
@@ -21,21 +22,12 @@ foreach(pair IN ITEMS "cpp main.cpp" "cmake CMakeLists.txt")
   file(CONFIGURE OUTPUT "${DIRECTORY}/${name}" CONTENT "${block}\n" @ONLY NEWLINE_STYLE UNIX)
 endforeach()
 
-function(run)
-  execute_process(COMMAND ${ARGN} WORKING_DIRECTORY "${DIRECTORY}" RESULT_VARIABLE result OUTPUT_VARIABLE output
-                  ERROR_VARIABLE output)
-  if(NOT result EQUAL 0)
-    message("${output}")
-    message(FATAL_ERROR "failed: ${ARGN}")
-  endif()
-  set(output "${output}" PARENT_SCOPE)
-endfunction()
 file(REMOVE_RECURSE "${DIRECTORY}/build")
-run("${CMAKE_COMMAND}" -S . -B build -G "${GENERATOR}" "-DCMAKE_PREFIX_PATH=${PREFIX}" "-DCMAKE_CXX_COMPILER=${CXX}"
-    -DCMAKE_BUILD_TYPE=Plain "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}")
-run("${CMAKE_COMMAND}" --build build)
+run_or_fail(WORKING_DIRECTORY "${DIRECTORY}" "${CMAKE_COMMAND}" -S . -B build -G "${GENERATOR}" "-DCMAKE_PREFIX_PATH=${PREFIX}"
+            "-DCMAKE_CXX_COMPILER=${CXX}" -DCMAKE_BUILD_TYPE=Plain "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}")
+run_or_fail(WORKING_DIRECTORY "${DIRECTORY}" "${CMAKE_COMMAND}" --build build)
 file(REMOVE "${DIRECTORY}/part.inp")
-run(build/my_part "${SAMPLE}" part.inp)
+run_or_fail(WORKING_DIRECTORY "${DIRECTORY}" build/my_part "${SAMPLE}" part.inp)
 if(NOT output MATCHES "[1-9][0-9]* tets in 24 slabs, certified")
   message(FATAL_ERROR "my_part says: ${output}")
 endif()

@@ -2,20 +2,9 @@
 # cmake -DPROGRAM=... -DMAKE_SAMPLE=... -DDIRECTORY=... -P program_outputs.cmake
 # The options of the program for outputs, base plate and steps.
 cmake_minimum_required(VERSION 3.22)
+include("${CMAKE_CURRENT_LIST_DIR}/../script_support.cmake")
 file(REMOVE_RECURSE "${DIRECTORY}")
 file(MAKE_DIRECTORY "${DIRECTORY}")
-
-function(check condition_text)
-  if(NOT (${ARGN}))
-    message(FATAL_ERROR "not so: ${condition_text}\n--- standard output ---\n${out}\n--- standard error ---\n${err}")
-  endif()
-endfunction()
-
-macro(run expected)
-  execute_process(COMMAND "${PROGRAM}" ${ARGN} WORKING_DIRECTORY "${DIRECTORY}" RESULT_VARIABLE code OUTPUT_VARIABLE out
-                  ERROR_VARIABLE err)
-  check("exit code ${expected} (is ${code}) of: slice2mesh ${ARGN}" "${code}" STREQUAL "${expected}")
-endmacro()
 
 function(check_contains file text)
   file(READ "${DIRECTORY}/${file}" content)
@@ -23,12 +12,11 @@ function(check_contains file text)
   check("${file} has ${text}" place GREATER -1)
 endfunction()
 
-execute_process(COMMAND "${MAKE_SAMPLE}" sample.cli WORKING_DIRECTORY "${DIRECTORY}" OUTPUT_QUIET
-                COMMAND_ERROR_IS_FATAL ANY)
+make_sample(sample.cli)
 
 # Every -o is written, each with what the options say.
-run(0 sample.cli --lump 4 --support-radius 0.1 --plate-thickness 2 --plate-margin 3 --plate-slabs 2 -o a.vtu -o a.pvd -o a.inp
-    -o a.msh --steps --time-per-layer 5 --base-temperature 350 --layer-faces --report r.json -q)
+run_program(0 sample.cli --lump 4 --support-radius 0.1 --plate-thickness 2 --plate-margin 3 --plate-slabs 2 -o a.vtu -o a.pvd
+            -o a.inp -o a.msh --steps --time-per-layer 5 --base-temperature 350 --layer-faces --report r.json -q)
 check_contains(a.vtu activation_time)
 check_contains(a.pvd "timestep=\"25\" part=\"0\" file=\"a_layers/layer_0008.vtu\"")
 check_contains(a_steps.inp "*INCLUDE, INPUT=a.inp")
@@ -52,24 +40,24 @@ check("there is a staircase, ${staircase}" staircase GREATER 1)
 check("the estimates are printed" out MATCHES "staircase error" AND out MATCHES "volume loss")
 
 # Quadratic elements, and sets left out.
-run(0 sample.cli --lump 8 --quadratic --no-surfaces -o q.inp -o q.msh -q --no-finer-slices)
+run_program(0 sample.cli --lump 8 --quadratic --no-surfaces -o q.inp -o q.msh -q --no-finer-slices)
 check_contains(q.inp "TYPE=C3D10")
 file(STRINGS "${DIRECTORY}/q.msh" names REGEX "\"wall\"")
 check("no surfaces" NOT names)
 
-run(1 sample.cli --plate-thickness=x -o b.vtu)
-run(1 sample.cli --plate-thickness 1 --plate-margin 0 -o b.vtu)
-run(1 sample.cli --plate-shape round -o b.vtu)
-run(1 sample.cli --time-per-layer=-1 -o b.vtu)
+run_program(1 sample.cli --plate-thickness=x -o b.vtu)
+run_program(1 sample.cli --plate-thickness 1 --plate-margin 0 -o b.vtu)
+run_program(1 sample.cli --plate-shape round -o b.vtu)
+run_program(1 sample.cli --time-per-layer=-1 -o b.vtu)
 if(EXISTS "${DIRECTORY}/b.vtu")
   message(FATAL_ERROR "b.vtu must not exist")
 endif()
 
 # Exodus II where the program was built with netCDF; otherwise that is said before any work is done.
 if(WITH_NETCDF)
-  run(0 sample.cli --lump 8 -o c.exo -q)
+  run_program(0 sample.cli --lump 8 -o c.exo -q)
   check_contains(c.exo "layer_0001_bracket")
 else()
-  run(1 sample.cli --lump 8 -o c.exo -q)
+  run_program(1 sample.cli --lump 8 -o c.exo -q)
   check("netCDF is named" err MATCHES "netCDF")
 endif()

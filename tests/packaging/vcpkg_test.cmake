@@ -3,6 +3,7 @@
 # that it calls, which do what those are for; what it installs is looked at.
 # cmake -DPORT=... -DDIRECTORY=... -DVERSION=... -DGENERATOR=... -DCXX=... -DFEATURE_LIST=a,b -P vcpkg_test.cmake
 cmake_minimum_required(VERSION 3.22)
+include("${CMAKE_CURRENT_LIST_DIR}/../script_support.cmake")
 file(READ "${PORT}/vcpkg.json" manifest)
 string(JSON name GET "${manifest}" name)
 string(JSON version GET "${manifest}" version)
@@ -51,25 +52,18 @@ macro(vcpkg_check_features)
   endif()
 endmacro()
 
-function(run)
-  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
-  if(NOT result EQUAL 0)
-    message("${output}")
-    message(FATAL_ERROR "failed: ${ARGN}")
-  endif()
+function(vcpkg_cmake_configure)
+  cmake_parse_arguments(PARSE_ARGV 0 _configure "" "SOURCE_PATH" "OPTIONS")
+  run_or_fail("${CMAKE_COMMAND}" -S "${_configure_SOURCE_PATH}" -B "${CURRENT_BUILDTREES_DIR}" -G "${GENERATOR}"
+              "-DCMAKE_CXX_COMPILER=${CXX}" -DCMAKE_BUILD_TYPE=Release ${_configure_OPTIONS}
+              "-DCMAKE_INSTALL_PREFIX=${CURRENT_PACKAGES_DIR}" -DCMAKE_INSTALL_LIBDIR=lib)
   # A variable that the project does not know is a mistake of the port.
   if(output MATCHES "Manually-specified variables were not used")
     message(FATAL_ERROR "${output}")
   endif()
 endfunction()
-function(vcpkg_cmake_configure)
-  cmake_parse_arguments(PARSE_ARGV 0 _configure "" "SOURCE_PATH" "OPTIONS")
-  run("${CMAKE_COMMAND}" -S "${_configure_SOURCE_PATH}" -B "${CURRENT_BUILDTREES_DIR}" -G "${GENERATOR}"
-      "-DCMAKE_CXX_COMPILER=${CXX}" -DCMAKE_BUILD_TYPE=Release ${_configure_OPTIONS}
-      "-DCMAKE_INSTALL_PREFIX=${CURRENT_PACKAGES_DIR}" -DCMAKE_INSTALL_LIBDIR=lib)
-endfunction()
 function(vcpkg_cmake_install)
-  run("${CMAKE_COMMAND}" --install "${CURRENT_BUILDTREES_DIR}")
+  run_or_fail("${CMAKE_COMMAND}" --install "${CURRENT_BUILDTREES_DIR}")
 endfunction()
 function(vcpkg_cmake_config_fixup)
   cmake_parse_arguments(PARSE_ARGV 0 _fixup "" "CONFIG_PATH" "")

@@ -1,20 +1,13 @@
 # SPDX-License-Identifier: MIT
 # cmake -DCASE=... -DPROGRAM=... -DMAKE_SAMPLE=... -DDIRECTORY=... -P program_test.cmake
 cmake_minimum_required(VERSION 3.22)
+include("${CMAKE_CURRENT_LIST_DIR}/../script_support.cmake")
 file(REMOVE_RECURSE "${DIRECTORY}")
 file(MAKE_DIRECTORY "${DIRECTORY}")
 
-function(check condition_text)
-  if(NOT (${ARGN}))
-    message(FATAL_ERROR "not so: ${condition_text}\n--- standard output ---\n${out}\n--- standard error ---\n${err}")
-  endif()
-endfunction()
-
-# run(<expected exit code> <arguments>...): sets out and err.
+# run(<expected exit code> <arguments>...): run_program, and what is said of a failure has the form it should.
 macro(run expected)
-  execute_process(COMMAND "${PROGRAM}" ${ARGN} WORKING_DIRECTORY "${DIRECTORY}" RESULT_VARIABLE code OUTPUT_VARIABLE out
-                  ERROR_VARIABLE err)
-  check("exit code ${expected} (is ${code}) of: slice2mesh ${ARGN}" "${code}" STREQUAL "${expected}")
+  run_program(${expected} ${ARGN})
   if(NOT "${expected}" STREQUAL "0")
     # One message, of this form, once, as the last line.
     string(REPLACE ";" "," messages "${err}")
@@ -22,11 +15,6 @@ macro(run expected)
     list(LENGTH messages number)
     check("one error message, has ${number}" number EQUAL 1)
   endif()
-endmacro()
-
-macro(make_sample name)
-  execute_process(COMMAND "${MAKE_SAMPLE}" ${name} ${ARGN} WORKING_DIRECTORY "${DIRECTORY}" OUTPUT_QUIET
-                  COMMAND_ERROR_IS_FATAL ANY)
 endmacro()
 
 function(check_same_files first second)
