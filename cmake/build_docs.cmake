@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# cmake -DDOXYGEN=<program> -DDOXYFILE=<file> -DOUTPUT=<directory> -P build_docs.cmake
+# cmake -DDOXYGEN=<program> -DDOXYFILE=<file> -DOUTPUT=<directory> [-DPYTHON=<program>] -P build_docs.cmake
 # Runs Doxygen into an empty directory and fails on any warning, all of which are shown. (WARN_AS_ERROR of Doxygen would
 # end with the first one.)
 file(REMOVE_RECURSE "${OUTPUT}")
@@ -18,4 +18,11 @@ foreach(page IN ITEMS index structslice2mesh_1_1Options slice__to__mesh_8hpp)
     message(FATAL_ERROR "the page ${page}.html was not made (${count} pages were)")
   endif()
 endforeach()
+if(PYTHON)
+  execute_process(COMMAND "${PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/../scripts/check_reference.py" "${OUTPUT}/xml"
+                  RESULT_VARIABLE result)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "public names without a docstring, see above")
+  endif()
+endif()
 message(STATUS "${count} pages in ${OUTPUT}/html")

@@ -12,8 +12,12 @@
 
 namespace slice2mesh {
 
-/// How much a finding matters: good to know; something was changed; the result may not be what was meant.
-enum class Severity : std::uint8_t { Note, Repair, Warning };
+/// How much a finding matters.
+enum class Severity : std::uint8_t {
+  Note,    ///< good to know
+  Repair,  ///< something was changed
+  Warning  ///< the result may not be what was meant
+};
 
 /// The name in lower case.
 [[nodiscard]] constexpr const char* to_string(Severity severity) noexcept {

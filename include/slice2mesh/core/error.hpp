@@ -18,19 +18,19 @@ namespace slice2mesh {
 
 /// The stage of the pipeline in which something was noticed.
 enum class Stage : std::uint8_t {
-  Read,
-  Regions,
-  Harmonize,
-  Lift,
-  Triangulate,
-  Plc,
-  Tetrahedralize,
-  Improve,
-  Certify,
-  Quality,
-  Fem,
-  Write,
-  Options
+  Read,            ///< of slices: read_cli
+  Regions,         ///< slabs and their areas: make_slabs, build_regions
+  Harmonize,       ///< harmonize
+  Lift,            ///< the overlay of two contours: lift
+  Triangulate,     ///< triangulate_plane
+  Plc,             ///< the complex: build_plc, verify_plc
+  Tetrahedralize,  ///< the fill of the complex
+  Improve,         ///< improve
+  Certify,         ///< the check of the finished mesh
+  Quality,         ///< figures of the elements
+  Fem,             ///< boundary sets, birth of layers, estimates
+  Write,           ///< of meshes, complexes and slices
+  Options          ///< checks of options, before anything is done
 };
 
 /// The stage's name, in lower case.

@@ -25,7 +25,11 @@ struct Slab {
 };
 
 /// What a region is made for. The numbers are those of the cell array `material` in files.
-enum class RegionKind : std::uint8_t { Part = 0, Support = 1, Plate = 2 };
+enum class RegionKind : std::uint8_t {
+  Part = 0,     ///< what contours enclose
+  Support = 1,  ///< a thickened open line
+  Plate = 2     ///< the base plate
+};
 
 /// The name in lower case.
 [[nodiscard]] constexpr const char* to_string(RegionKind kind) noexcept {

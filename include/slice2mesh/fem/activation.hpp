@@ -27,7 +27,7 @@ template <class TimeOfTet>
   return times;
 }
 
-/// Number of slabs of the base plate; they are the lowest ones.
+/// Number of slabs of the base plate; they are the lowest ones. Cost: linear in the slabs of the plate.
 [[nodiscard]] inline std::int32_t plate_slabs(const Mesh& mesh) {
   std::int32_t count = 0;
   while (static_cast<std::size_t>(count) < mesh.slabs.size() && mesh.slabs[static_cast<std::size_t>(count)].is_plate())

@@ -113,7 +113,8 @@ inline void check_mesh_arrays(const Mesh& mesh, Stage stage) {
 
 }  // namespace detail
 
-/// Vertices of a face; the normal (right-hand rule) points out of its tet.
+/// Vertices of a face; the normal (right-hand rule) points out of its tet. Precondition: the face is one of the mesh
+/// (not checked, as with the next three functions).
 [[nodiscard]] inline std::array<std::int32_t, 3> face_vertices(const Mesh& mesh, const TetFace& f) {
   const std::array<std::int32_t, 4>& tet = mesh.tets[static_cast<std::size_t>(f.tet)];
   const std::array<std::size_t, 3>& local = kTetFaceVertices[static_cast<std::size_t>(f.face)];
@@ -139,7 +140,7 @@ inline void check_mesh_arrays(const Mesh& mesh, Stage stage) {
          6;
 }
 
-/// Total area of faces, mm^2.
+/// Total area of faces, mm^2. Cost: linear.
 [[nodiscard]] inline double area_of(const Mesh& mesh, const std::vector<TetFace>& faces) {
   detail::CompensatedSum sum;
   for (const TetFace& f : faces) sum.add(face_area(mesh, f));

@@ -33,7 +33,7 @@ static_assert(sizeof(std::array<std::int32_t, 4>) == 4 * sizeof(std::int32_t), "
   return {mesh.vertices.empty() ? nullptr : mesh.vertices.data()->data(),
           static_cast<Eigen::Index>(mesh.vertices.size()), 3};
 }
-/// Tets as a #T by 4 matrix of vertex indices that shares the mesh's memory.
+/// Tets as a #T by 4 matrix of vertex indices that shares the mesh's memory, valid as long as that of vertex_view.
 [[nodiscard]] inline Eigen::Map<const TetMatrix> tet_view(const Mesh& mesh) {
   return {mesh.tets.empty() ? nullptr : mesh.tets.data()->data(), static_cast<Eigen::Index>(mesh.tets.size()), 4};
 }
@@ -41,7 +41,7 @@ static_assert(sizeof(std::array<std::int32_t, 4>) == 4 * sizeof(std::int32_t), "
 [[nodiscard]] inline Eigen::Map<TetMatrix> tet_view(Mesh& mesh) {
   return {mesh.tets.empty() ? nullptr : mesh.tets.data()->data(), static_cast<Eigen::Index>(mesh.tets.size()), 4};
 }
-/// Labels (tet_slab, tet_region) as a vector that shares their memory.
+/// Labels (tet_slab, tet_region) as a vector that shares their memory: valid until they are resized or gone.
 [[nodiscard]] inline Eigen::Map<const LabelVector> label_view(const std::vector<std::int32_t>& labels) {
   return {labels.data(), static_cast<Eigen::Index>(labels.size())};
 }

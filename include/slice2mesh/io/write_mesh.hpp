@@ -38,7 +38,17 @@ namespace detail {
 }  // namespace detail
 
 /// The formats of meshes. Each is one stream, but PVD (a collection and its steps) and TetGen (two files).
-enum class MeshFormat : std::uint8_t { Vtu, Pvd, Msh, Medit, Inp, Mfem, TetgenNodes, TetgenElements, Exodus };
+enum class MeshFormat : std::uint8_t {
+  Vtu,             ///< `.vtu`: write_vtu
+  Pvd,             ///< `.pvd`: write_pvd
+  Msh,             ///< `.msh`: write_msh
+  Medit,           ///< `.mesh`: write_medit
+  Inp,             ///< `.inp`: write_inp
+  Mfem,            ///< `.mfem`: write_mfem
+  TetgenNodes,     ///< `.node`, and `.ele` beside it
+  TetgenElements,  ///< `.ele`, and `.node` beside it
+  Exodus           ///< `.exo`, `.e`: write_exodus, in builds with netCDF
+};
 
 /// The format that an extension (with or without the dot, any case) stands for, or nothing.
 [[nodiscard]] inline std::optional<MeshFormat> format_of_extension(std::string extension) {

@@ -102,7 +102,9 @@ namespace detail {
 
 }  // namespace detail
 
-/// The overlay of one plane. A pure function of the two contours. Cost: O(n log n).
+/// The overlay of the plane between two slabs (kNone: none on that side; not both). A pure function of the two
+/// contours. Preconditions: they are those of `harmonize`, and the indices are slabs of theirs (not checked). Cost: O(n
+/// log n).
 [[nodiscard]] inline InterfacePlane lift(const Contours& contours, std::int32_t slab_below, std::int32_t slab_above) {
   InterfacePlane plane = detail::lift_edges(contours, slab_below, slab_above);
   const auto regions = static_cast<std::int32_t>(contours.regions.size());

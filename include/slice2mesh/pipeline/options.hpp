@@ -13,9 +13,14 @@
 
 namespace slice2mesh {
 
-/// Where the z of a slice lies in its layer. `Paper` extrudes upward from z and drops the last slice, as the reference
-/// implementation does.
-enum class ZConvention : std::uint8_t { Auto, Top, Bottom, Middle, Paper };
+/// Where the z of a slice lies in its layer.
+enum class ZConvention : std::uint8_t {
+  Auto,    ///< make_slabs chooses by the z of the slices, and says so in a note
+  Top,     ///< the upper face: a layer reaches from the z of the slice below to its own
+  Bottom,  ///< the lower face: from its own z to that of the slice above
+  Middle,  ///< half way: layers meet halfway between slices
+  Paper    ///< upward from z, and the last slice is dropped, as the reference implementation does
+};
 
 /// How a z convention is written in options and reports.
 [[nodiscard]] constexpr const char* to_string(ZConvention convention) noexcept {
@@ -39,10 +44,17 @@ struct SlabOptions {
   double thickness = 0;         ///< mm, of a stack of one slice; 0: taken from its z
 };
 
-/// The end of a thickened line: half a disc, half a square beyond the end, nothing.
-enum class LineCap : std::uint8_t { Round, Square, Flat };
-/// The corner of a thickened line: an arc, or the outer sides led on until they meet.
-enum class LineJoin : std::uint8_t { Round, Miter };
+/// The end of a thickened line.
+enum class LineCap : std::uint8_t {
+  Round,   ///< half a disc
+  Square,  ///< half a square beyond the end
+  Flat     ///< nothing beyond the end
+};
+/// The corner of a thickened line.
+enum class LineJoin : std::uint8_t {
+  Round,  ///< an arc
+  Miter   ///< the outer sides led on until they meet, within `miter_limit`
+};
 
 /// From open lines to areas.
 struct ThickenOptions {
@@ -64,8 +76,11 @@ struct ThickenOptions {
       0.01;  ///< Douglas-Peucker tolerance on the line, as a share of the radius, >= 0 (the paper's value)
 };
 
-/// What a base plate follows: the box around the whole part, or the first slice without its holes.
-enum class BasePlateShape : std::uint8_t { Box, Offset };
+/// What a base plate follows.
+enum class BasePlateShape : std::uint8_t {
+  Box,    ///< the box around the whole part
+  Offset  ///< the first slice without its holes
+};
 
 /// A plate under the part.
 struct BasePlateOptions {

@@ -25,7 +25,7 @@ namespace slice2mesh {
 /// Why an element is bad. From its own shape only ShortEdge and Flat can be told; the others need the slices, see
 /// QualityOptions::classify.
 enum class Cause : std::uint8_t {
-  Unknown,
+  Unknown,          ///< none of the others
   ShortEdge,        ///< its shortest edge is below a fifth of its longest and of its slab's thickness
   Flat,             ///< a sliver: a dihedral angle above 150 degrees without a short edge
   SmallInputAngle,  ///< a corner of the input slice

@@ -61,7 +61,8 @@ struct LayerRegions {
   return grid;
 }
 
-/// The place of a contour vertex (mm) on the grid: the nearest multiple of kContourStep.
+/// The place of a contour vertex (mm) on the grid: the nearest multiple of kContourStep. Precondition: a finite place
+/// within the extent for which the grid was made (not checked; `build_regions` checks its input).
 [[nodiscard]] inline GridPoint to_grid(const Grid& grid, const Point2& p) {
   return {round_to_step(static_cast<std::int64_t>(std::floor(p.x / grid.pitch + 0.5)) - grid.origin_x),
           round_to_step(static_cast<std::int64_t>(std::floor(p.y / grid.pitch + 0.5)) - grid.origin_y)};

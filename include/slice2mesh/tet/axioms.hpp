@@ -36,8 +36,8 @@ namespace slice2mesh {
 
 /// What was found about an axiom.
 enum class AxiomStatus : std::uint8_t {
-  Passed,
-  Failed,
+  Passed,      ///< holds
+  Failed,      ///< does not hold, though it must or the traits promise it
   NotPromised  ///< does not hold, and the traits do not say that it does
 };
 

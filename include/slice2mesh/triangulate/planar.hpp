@@ -78,7 +78,7 @@ inline void insert_edge(Cdt& cdt, Cdt::Vertex_handle a, Cdt::Vertex_handle b, St
 }  // namespace detail
 
 /// The constrained Delaunay triangulation of an arrangement. Empty if all vertices lie on one line.
-/// Cost: O(n log n).
+/// Errors: GeometryError if edges cross, which those of snap_round do not. Cost: O(n log n).
 [[nodiscard]] inline PlanarTriangulation triangulate(const Arrangement& arrangement) {
   using detail::Cdt;
   PlanarTriangulation result;
@@ -127,7 +127,8 @@ struct ArrangementFaces {
 };
 
 /// Faces and winding numbers by flooding from outside: crossing an edge from right to left adds its winding.
-/// Cost: linear in the triangles plus the sizes of the winding states.
+/// Precondition: `triangulation` is that of `arrangement`. Cost: linear in the triangles plus the sizes of the winding
+/// states.
 [[nodiscard]] inline ArrangementFaces find_faces(const Arrangement& arrangement,
                                                  const PlanarTriangulation& triangulation) {
   ArrangementFaces faces;
