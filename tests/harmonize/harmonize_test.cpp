@@ -246,6 +246,28 @@ TEST_CASE("a column does not move across what stands in its way") {
   for (const Outline& outline : merged.outlines) check_valid(outline);
 }
 
+TEST_CASE("a sliver of a region that the planes cannot tell from nothing vanishes, a wider one stays as it is") {
+  constexpr std::int64_t kWide = std::int64_t{1} << 30;
+  for (const std::int64_t width : {std::int64_t{16}, std::int64_t{112}, std::int64_t{1008}, std::int64_t{2000}}) {
+    INFO("width " << width);
+    // Region 1 is a triangle between the outside and region 0.
+    Outline outline;
+    outline.vertices = {{0, 0}, {kWide / 2, -kWide / 2}, {kWide / 2, -width}, {kWide, 0}};
+    outline.edges = {{0, 1, 0, kNone}, {0, 2, 1, 0}, {0, 3, kNone, 1}, {1, 3, 0, kNone}, {2, 3, 1, 0}};
+    const bool stays = double(width) > kAttachSteps * double(kContourStep);
+    CHECK(detail::has_vertex_beside_edge(outline, kAttachSteps * double(kContourStep)) == !stays);
+    Outline attached = outline;
+    detail::attach_vertices(attached, 2);
+    CHECK(!detail::has_vertex_beside_edge(attached, kAttachSteps * double(kContourStep)));
+    CHECK(same(attached, outline) == stays);
+    if (stays) continue;
+    CHECK(attached.vertices == outline.vertices);
+    REQUIRE(attached.edges.size() == 4);
+    for (const Outline::Edge& e : attached.edges) CHECK((e.left == kNone) != (e.right == kNone));
+    CHECK(detail::doubled_area(attached, 1) == 0);
+  }
+}
+
 TEST_CASE("a tolerance that is no length is refused") {
   const SliceStack stack = stack_of({{rectangle(0, 0, 1, 1)}, {rectangle(0, 0, 1, 1)}});
   CHECK_THROWS_AS(harmonize_stack(stack, -1), OptionError);

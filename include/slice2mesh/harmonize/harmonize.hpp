@@ -16,6 +16,7 @@
 #include "slice2mesh/core/diagnostics.hpp"
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/harmonize/anticipate.hpp"
+#include "slice2mesh/harmonize/attach.hpp"
 #include "slice2mesh/harmonize/columns.hpp"
 #include "slice2mesh/harmonize/pockets.hpp"
 #include "slice2mesh/harmonize/simplify.hpp"
@@ -144,6 +145,7 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
     bool good = true;
     for (std::size_t s = 0; s < outlines.size(); ++s) {
       if (!changed[s]) continue;
+      attach_vertices(outlines[s], std::int32_t(contours.regions.size()));
       const double measured = deviation(outlines[s], input.outlines[s], kResolutionShare * eps);
       deviations[s] = measured * contours.grid.pitch;
       if (measured <= eps) continue;
@@ -222,6 +224,7 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
         detail::simplify(outline, {}, {double(kContourStep), 0, 0, longest});
         detail::normalize(outline);
       }
+      detail::attach_vertices(outline, static_cast<std::int32_t>(input.regions.size()));
       deviation = detail::deviation(outline, own, detail::kResolutionShare * eps);
       if (deviation <= eps) break;
       diagnostics.add(Severity::Note, Stage::Harmonize, "harmonized_again",
