@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""meshio reads VTU, MSH (text, binary), MEDIT, INP, Exodus, TetGen and OFF files; quadratic ones of VTU, MSH and INP."""
+"""meshio reads VTU, MSH (text, binary), MEDIT, INP, Exodus, TetGen, OFF and OBJ files; quadratic ones of VTU, MSH and INP."""
 from expected import Check, skip, tet_volume, triangle_area
 
 try:
@@ -104,6 +104,9 @@ check.close(
     "TetGen: volume", sum(volumes_by(mesh, [0] * expected["tets"]).values()), sum(expected["layer_volumes"]), 1e-12
 )
 
-mesh = meshio.read(check.path("complex.off"))
-check.equal("OFF: triangles", len(cells(mesh, "triangle")), expected["complex_triangles"])
+for name in ("complex.off", "complex.obj"):
+    mesh = meshio.read(check.path(name))
+    check.equal(name + ": triangles", len(cells(mesh, "triangle")), expected["complex_triangles"])
+    area = sum(triangle_area(*(mesh.points[v] for v in cell)) for _, cell in cells(mesh, "triangle"))
+    check.close(name + ": area", area, expected["complex_area"], 1e-12)
 check.finish()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""VTK reads VTU files (linear and quadratic), the steps of the PVD file, Exodus II, and the skin as PLY and STL."""
+"""VTK reads VTU files (linear and quadratic), the steps of the PVD file, Exodus II, and the skin as PLY, STL and OBJ."""
 import os
 import xml.etree.ElementTree
 
@@ -122,7 +122,7 @@ if expected["exodus"]:
     compare_exodus("sample.exo", vtk.VTK_TETRA)
     compare_exodus("quadratic.exo", vtk.VTK_QUADRATIC_TETRA)
 
-for kind, reader in (("ply", vtk.vtkPLYReader()), ("stl", vtk.vtkSTLReader())):
+for kind, reader in (("ply", vtk.vtkPLYReader()), ("stl", vtk.vtkSTLReader()), ("obj", vtk.vtkOBJReader())):
     reader.SetFileName(check.path("skin." + kind))
     reader.Update()
     check.equal(kind + " triangles", reader.GetOutput().GetNumberOfPolys(), expected["skin_triangles"])

@@ -148,6 +148,19 @@ Sample printed_sample() {
   return sample;
 }
 
+// Area of all facets of a complex, mm^2.
+double complex_area(const Plc& plc) {
+  slice2mesh::detail::CompensatedSum sum;
+  for (const Facet& facet : plc.facets) {
+    std::array<std::array<double, 3>, 3> p;
+    for (std::size_t i = 0; i < 3; ++i) p[i] = plc.position(static_cast<std::size_t>(facet.vertices[i]));
+    std::array<double, 3> u, v;
+    for (std::size_t k = 0; k < 3; ++k) u[k] = p[1][k] - p[0][k], v[k] = p[2][k] - p[0][k];
+    sum.add(std::hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]) / 2);
+  }
+  return sum.value();
+}
+
 // Files of a sample, and expected.json: the figures of the mesh, which are compared with those of another source here
 // and with those of other programs there.
 void write_sample_files(const Sample& sample, const slice2mesh_test::TemporaryDirectory& directory) {
@@ -158,6 +171,9 @@ void write_sample_files(const Sample& sample, const slice2mesh_test::TemporaryDi
        {"sample.vtu", "sample.pvd", "sample.msh", "sample.mesh", "sample.inp", "sample.mfem", "sample.ele"})
     write_mesh(directory.file(name), mesh, options);
   if (kHasExodus) write_mesh(directory.file("sample.exo"), mesh, options);
+  options.mfem_names = true;
+  write_mesh(directory.file("sample_names.mfem"), mesh, options);
+  options.mfem_names = false;
   options.interfaces = false;
   write_mesh(directory.file("sample_skin.msh"), mesh, options);
   options.interfaces = true;
@@ -174,8 +190,9 @@ void write_sample_files(const Sample& sample, const slice2mesh_test::TemporaryDi
 #endif
   PlcWriteOptions skin;
   skin.inner_faces = false;
-  for (const char* const name : {"skin.ply", "skin.stl"}) write_plc(directory.file(name), sample.plc, skin);
-  for (const char* const name : {"complex.off", "complex.poly"}) write_plc(directory.file(name), sample.plc);
+  for (const char* const name : {"skin.ply", "skin.stl", "skin.obj"}) write_plc(directory.file(name), sample.plc, skin);
+  for (const char* const name : {"complex.off", "complex.obj", "complex.poly"})
+    write_plc(directory.file(name), sample.plc);
 
   const std::size_t slabs = mesh.slabs.size();
   const std::vector<std::string> regions = slice2mesh::detail::region_names(mesh);
@@ -235,6 +252,7 @@ void write_sample_files(const Sample& sample, const slice2mesh_test::TemporaryDi
   json.value("plate_slabs", plate_slabs(mesh));
   json.value("exodus", kHasExodus ? "true" : "false");
   json.value("complex_triangles", sample.plc.facets.size());
+  json.value("complex_area", complex_area(sample.plc));
   json.value("skin_triangles", std::count_if(sample.plc.facets.begin(), sample.plc.facets.end(),
                                              [](const Facet& f) { return f.front.empty() || f.back.empty(); }));
   json.list("layer_volumes", layer_volumes);
@@ -315,16 +333,19 @@ void run_script(const std::string& script) {
 
 }  // namespace
 
-TEST_CASE("VTK reads the VTU, PVD, Exodus, PLY and STL files and finds the same figures", "[external]") {
+TEST_CASE("VTK reads the VTU, PVD, Exodus, PLY, STL and OBJ files and finds the same figures", "[external]") {
   run_script("check_vtk.py");
 }
-TEST_CASE("meshio reads the MSH, MEDIT, VTU, INP, Exodus, TetGen and OFF files and finds the same figures",
+TEST_CASE("meshio reads the MSH, MEDIT, VTU, INP, Exodus, TetGen, OFF and OBJ files and finds the same figures",
           "[external]") {
   run_script("check_meshio.py");
 }
 TEST_CASE("Gmsh reads the MSH and MEDIT files, and INP and VTU files through meshio, and finds the same figures",
           "[external]") {
   run_script("check_gmsh.py");
+}
+TEST_CASE("MFEM reads the files of its format, v1.0 and v1.3, and finds the same figures", "[external]") {
+  run_script("check_mfem.py");
 }
 TEST_CASE("CalculiX solves jobs in which layers come to life", "[external]") {
   run_script("check_calculix.py");

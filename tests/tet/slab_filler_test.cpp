@@ -45,11 +45,16 @@ struct RandomSlab {
   Chain chain;
   Plc plc;
 };
-RandomSlab random_slab(std::uint32_t seed) {
+RandomSlab random_slab(std::uint32_t seed, int interior = 40, bool hole = false) {
   std::mt19937 random(seed);
   RandomSlab result;
   Polyline polygon = star(0, 0, 4, 5 + int(random() % 6), 0, 0.1 * double(seed));
   SliceStack stack = stack_of({{polygon}});
+  if (hole) {
+    stack.layers[0].polylines.push_back(star(0, 0, 2.8, 4 + int(random() % 6), 0, double(seed)));
+    std::reverse(stack.layers[0].polylines[1].points.begin(), stack.layers[0].polylines[1].points.end());
+    stack.layers[0].polylines[1].direction = Direction::Inner;
+  }
   SlabOptions slab_options;
   slab_options.thickness = 0.5;
   Chain& chain = result.chain;
@@ -61,7 +66,7 @@ RandomSlab random_slab(std::uint32_t seed) {
   for (const auto& [below, above] : plane_slabs(chain.contours.slabs, chain.slab_planes)) {
     chain.lifted.push_back(lift(chain.contours, below, above));
     PlaneRefinement refinement;
-    for (int i = 0; i < 40; ++i) refinement.interior.push_back({number(), number()});
+    for (int i = 0; i < interior; ++i) refinement.interior.push_back({number(), number()});
     chain.planes.push_back(triangulate_plane(chain.lifted.back(), refinement));
   }
   result.plc = chain.plc();
@@ -208,6 +213,26 @@ TEST_CASE("a needle 10 mm long and 0.0001 mm wide is meshed, with another one ab
     layers.push_back({turned({{0, 0}, {10, 0}, {0, 0.0001}}), turned({{-2, -1}, {0, -1}, {0, 1}, {-2, 1}})});
   }
   check_fill(run_chain(stack_of(layers)).plc());
+}
+
+TEST_CASE("the two chains of a wall may be bent apart by a few pitches") {
+  // Split points of both planes nearly coincide: so do the borders of the cells that begin there.
+  std::size_t tets = 0, bent = 0;
+  for (std::uint32_t seed = 0; seed < 300; ++seed) {
+    INFO("seed " << seed);
+    RandomSlab slab = random_slab(seed, 40, true);
+    std::mt19937 random(seed);
+    PlaneMesh& top = slab.chain.planes[1];
+    for (std::size_t v = slab.chain.lifted[1].overlay.vertices.size(); v < top.vertices.size(); ++v) {
+      if (!top.fixed[v]) continue;
+      GridPoint& p = top.vertices[v];
+      p = {p.x + std::int64_t(random() % 7) - 3, p.y + std::int64_t(random() % 7) - 3};
+      ++bent;
+    }
+    tets += check_fill(slab.chain.plc()).tets.size();
+  }
+  CHECK(tets > 5000);
+  CHECK(bent > 300);
 }
 
 TEST_CASE("the filler needs inner faces and keeps to its budget") {

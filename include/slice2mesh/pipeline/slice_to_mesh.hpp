@@ -216,33 +216,17 @@ SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& o
   HarmonizeOptions harmonize_options;
   harmonize_options.eps = options.eps.in_mm(plan.thickness);
   harmonize_options.contour_size = sizes.contour_size;
-  Contours contours;
-  PlaneStack planes;
-  const Diagnostics before = result.diagnostics;
-  for (;;) {
-    contours = harmonize(regions, harmonize_options, result.diagnostics, progress);
-    slice2mesh::report(progress, Stage::Harmonize, 1);
-    report.separation = measure_separation(contours);
-    note_separation(report.separation, contours.slabs, result.diagnostics);
-    clock.done(Stage::Harmonize);
-    planes = triangulate_planes(contours, sizes, options.budget, progress);
-    clock.done(Stage::Triangulate);
-    slice2mesh::report(progress, Stage::Plc, 0);
-    result.plc = build_plc(contours, planes.meshes, planes.slab_planes);
-    clock.done(Stage::Plc);
-    try {
-      result.mesh = model.with_progress(progress)(result.plc);
-      break;
-    } catch (const TetrahedralizationError& error) {
-      // A merge may leave a place where splits of contour edges do not come to an end; without merges there are more
-      // short edges, and fewer such places.
-      if (!traits.needs_conforming_plc || !harmonize_options.merge_columns || !(harmonize_options.eps > 0)) throw;
-      harmonize_options.merge_columns = false;
-      result.diagnostics = before;
-      result.diagnostics.add(Severity::Note, Stage::Harmonize, "columns_not_merged",
-                             std::string("contour vertices are not merged over the slabs: ") + error.what());
-    }
-  }
+  Contours contours = harmonize(regions, harmonize_options, result.diagnostics, progress);
+  slice2mesh::report(progress, Stage::Harmonize, 1);
+  report.separation = measure_separation(contours);
+  note_separation(report.separation, contours.slabs, result.diagnostics);
+  clock.done(Stage::Harmonize);
+  PlaneStack planes = triangulate_planes(contours, sizes, options.budget, progress);
+  clock.done(Stage::Triangulate);
+  slice2mesh::report(progress, Stage::Plc, 0);
+  result.plc = build_plc(contours, planes.meshes, planes.slab_planes);
+  clock.done(Stage::Plc);
+  result.mesh = model.with_progress(progress)(result.plc);
   slice2mesh::report(progress, Stage::Tetrahedralize, 1);
   if (options.budget.max_tets > 0 && static_cast<std::int64_t>(result.mesh.tets.size()) > options.budget.max_tets)
     throw BudgetError(Stage::Tetrahedralize, "the mesh needs more tets than max_tets");

@@ -115,7 +115,7 @@ private:
       // The cell of a vertex where walls meet at a reflex angle is not convex: then there may be two, one of them
       // beyond the walls. The way to the target is the one whose neighbor the target is nearer to; if there is none,
       // the target is in this cell.
-      Corner out{}, w{};
+      Corner out{}, w{}, beside{};
       std::int32_t out_edge = kNone;  // edge opposite to this vertex index of out.triangle is crossed
       const bool first = beyond(center(sheet, at.triangle));
       const int passes = sheet.on_wall[std::size_t(u)] ? 2 : 1;
@@ -131,9 +131,9 @@ private:
           const std::int32_t next = sheet.neighbors[t][std::size_t(edge)];
           const bool next_side =
               next == kNone ? beyond(middle(sheet, here.triangle, edge)) : beyond(center(sheet, next));
+          // The neighbor at the other end of the edge.
+          const Corner end{here.triangle, (here.index + (counter_clockwise ? 2 : 1)) % 3};
           if (counter_clockwise ? (!side && next_side) : (side && !next_side)) {
-            // The neighbor at the other end of the crossed edge.
-            const Corner end{here.triangle, (here.index + (counter_clockwise ? 2 : 1)) % 3};
             if (second_is_nearer<kLower>(target, pu, vertex(sheet, end.triangle, end.index))) {
               out = here;
               w = end;
@@ -142,15 +142,24 @@ private:
             }
             if (passes == 1) return at;
           }
+          if (next == kNone && second_is_nearer<kLower>(target, pu, vertex(sheet, end.triangle, end.index)))
+            beside = end;
           if (next == kNone || next == at.triangle) break;
           here.triangle = next;
           here.index = index_of(sheet, next, u);
           side = next_side;
         }
       }
-      if (out_edge == kNone) return at;
-      cross(out, w, out_edge);
-      at = w;
+      if (out_edge != kNone) {
+        cross(out, w, out_edge);
+        at = w;
+      } else if (beside.triangle != kNone) {
+        // The points that split a wall are rounded, so its two chains bend apart: the way may pass the end of the
+        // border of two cells on the outside, and come in as if it had begun in the second one.
+        at = beside;
+      } else {
+        return at;
+      }
     }
   }
   static std::int32_t index_of(const Sheet& s, std::int32_t t, std::int32_t v) {
