@@ -6,6 +6,7 @@
 
 STAGES.json is of slice2mesh_benchmarks, MESHERS.md the table of meshers.sh, HEADERS.md that of header_cost.py; `-` leaves the
 tables between the marks of the page as they are. Plots are SVG files; without matplotlib they are left out, and that is said.
+SLICE2MESH_BENCHMARK_NOTE of the environment, a sentence about the circumstances, is put above every table.
 """
 import os
 import platform
@@ -60,6 +61,29 @@ def table(figures, tets, family):
         whole = row.get("whole")
         last = ["{:,.0f}".format(count / whole[0]), "{:,.0f}".format(whole[1])] if whole else ["", ""]
         lines.append("| %d | %s | %s |" % (value, "{:,}".format(count), " | ".join(cells + last)))
+    return "\n".join(lines)
+
+
+def shares(figures):
+    """What each stage takes of the time of all between reading and writing, and its memory, over all rows."""
+    from statistics import median
+
+    lines = [
+        "| stage | share of the time: median | least | largest | bytes/tet: median | largest |",
+        "|---|---:|---:|---:|---:|---:|",
+    ]
+    rows = [row for row in figures.values() if set(STAGES) <= set(row)]
+    if not rows:
+        return None
+    for stage in STAGES:
+        memory = [row[stage][1] for row in rows]
+        cells = ["", "", ""]
+        if stage != "whole":
+            sums = [sum(row[other][0] for other in STAGES if other not in ("read", "write", "whole")) for row in rows]
+            parts = [100 * row[stage][0] / total for row, total in zip(rows, sums)]
+            cells = ["%.2g %%" % value for value in (median(parts), min(parts), max(parts))]
+        cells += ["{:,.0f}".format(median(memory)), "{:,.0f}".format(max(memory))]
+        lines.append("| %s | %s |" % (stage, " | ".join(cells)))
     return "\n".join(lines)
 
 
@@ -132,6 +156,10 @@ def processor():
 def stages_text(path, folder):
     figures, tets = runs_of(path)
     parts = ["Measured on one core of: %s." % processor()]
+    table_of_shares = shares(figures)
+    if table_of_shares:
+        parts.append("Over all rows below, from %s to %s tets:" % tuple("{:,}".format(f(tets.values())) for f in (min, max)))
+        parts.append(table_of_shares)
     for family, words in FAMILIES.items():
         if not any(key[0] == family for key in figures):
             continue
@@ -159,12 +187,14 @@ def main():
     folder = sys.argv[5] if len(sys.argv) == 6 else None
     with open(path, encoding="utf-8") as file:
         page = file.read()
+    note = os.environ.get("SLICE2MESH_BENCHMARK_NOTE", "").strip()
+    note = note + "\n\n" if note else ""
     if stages != "-":
-        page = replaced(page, "stages", stages_text(stages, folder))
+        page = replaced(page, "stages", note + stages_text(stages, folder))
     for mark, source in (("meshers", meshers), ("headers", headers)):
         if source != "-":
             with open(source, encoding="utf-8") as file:
-                page = replaced(page, mark, file.read())
+                page = replaced(page, mark, note + file.read())
     with open(path + ".new", "w", encoding="utf-8") as file:
         file.write(page)
     os.replace(path + ".new", path)

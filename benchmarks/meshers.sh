@@ -80,8 +80,11 @@ for pattern in "${names[@]}"; do
     if has gmsh; then run 'command: gmsh -3 (skin)' "$gmsh_command" ''; fi
   done < <(find "$data" -name "*$pattern*.cli" | sort)
 done
+printf '\nA run may take %d s of wall-clock time.' "$limit"
 if [ "${#missing[@]}" -gt 0 ]; then
-  printf 'Left out, as it is not here: '
+  printf ' Left out, as it is not here: '
   printf '%s\n' "${missing[@]}" | sort -u | paste -sd ';' -
+else
+  echo
 fi
 [ "$rows" -gt 0 ]

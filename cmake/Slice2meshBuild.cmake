@@ -45,9 +45,17 @@ function(slice2mesh_own_target target)
   set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
 endfunction()
 
-# The same for a test or an example.
+# The same for a test, an example, or what of the program is not the pipeline.
 function(slice2mesh_test_target target)
   slice2mesh_own_target(${target})
   separate_arguments(flags NATIVE_COMMAND "${SLICE2MESH_TEST_FLAGS}")
   target_compile_options(${target} PRIVATE ${flags})
+endfunction()
+
+# The same for one that has little to do itself: where flags are given so that it compiles faster, it is not optimized.
+function(slice2mesh_light_target target)
+  slice2mesh_test_target(${target})
+  if(SLICE2MESH_TEST_FLAGS AND CMAKE_CXX_COMPILER_ID MATCHES "GNU|Clang")
+    target_compile_options(${target} PRIVATE -O0)
+  endif()
 endfunction()

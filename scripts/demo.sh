@@ -11,7 +11,7 @@ build=${1:-build/demo}
 
 bash scripts/bootstrap.sh
 cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DSLICE2MESH_BUILD_TESTS=OFF \
-  -DSLICE2MESH_BUILD_BENCHMARKS=OFF -DSLICE2MESH_PROGRAM_MESH3=OFF -DSLICE2MESH_WERROR=OFF
+  -DSLICE2MESH_BUILD_BENCHMARKS=OFF -DSLICE2MESH_PROGRAM_MESH3=OFF -DSLICE2MESH_UNITY=ON -DSLICE2MESH_WERROR=OFF
 cmake --build "$build" --parallel "$(slice2mesh_jobs)" --target slice2mesh_program make_sample
 
 sample="$build/sample"

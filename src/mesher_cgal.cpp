@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The models of CGAL, in a translation unit of their own: Mesh_3 takes long to compile.
+#ifdef SLICE2MESH_PROGRAM_MESH3
+#include "slice2mesh/tet/mesh3_model.hpp"  // first: so it is known to need no other header (tests/headers)
+#endif
+
 #include <optional>
 #include <sstream>
 #include <string>
@@ -7,10 +11,6 @@
 #include "exit_codes.hpp"
 #include "lengths.hpp"
 #include "mesher.hpp"
-
-#ifdef SLICE2MESH_PROGRAM_MESH3
-#include "slice2mesh/tet/mesh3_model.hpp"
-#endif
 #include "slice2mesh/tet/cdt3_model.hpp"
 
 namespace slice2mesh_program {

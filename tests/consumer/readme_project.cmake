@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: MIT
 # A new user's project, with nothing but what README.md says: its C++ and CMake blocks become main.cpp and CMakeLists.txt,
 # the project is built against the installed package, meshes a CLI file and writes an INP file.
-# cmake -DREADME=... -DDIRECTORY=... -DPREFIX=... -DSAMPLE=... -DGENERATOR=... -DCXX=... -DLAUNCHER=... -P readme_project.cmake
+# cmake -DREADME=... -DDIRECTORY=... -DPREFIX=... -DSAMPLE=... -DGENERATOR=... -DCXX=... -DLAUNCHER=... [-DCOMPILED=...]
+#   -P readme_project.cmake
+# COMPILED is a library with the pipeline, as it is made with SLICE2MESH_SEPARATE: what takes longest is not compiled again.
+# (That it can be, from the installed headers, is what consumer.package shows.)
 cmake_minimum_required(VERSION 3.22)
 include("${CMAKE_CURRENT_LIST_DIR}/../script_support.cmake")
 file(READ "${README}" readme)
@@ -22,9 +25,14 @@ foreach(pair IN ITEMS "cpp main.cpp" "cmake CMakeLists.txt")
   file(CONFIGURE OUTPUT "${DIRECTORY}/${name}" CONTENT "${block}\n" @ONLY NEWLINE_STYLE UNIX)
 endforeach()
 
+set(options "")
+if(COMPILED)
+  set(options -DCMAKE_CXX_FLAGS=-DSLICE2MESH_SEPARATE "-DCMAKE_CXX_STANDARD_LIBRARIES=${COMPILED} -lmpfr -lgmp")
+endif()
 file(REMOVE_RECURSE "${DIRECTORY}/build")
 run_or_fail(WORKING_DIRECTORY "${DIRECTORY}" "${CMAKE_COMMAND}" -S . -B build -G "${GENERATOR}" "-DCMAKE_PREFIX_PATH=${PREFIX}"
-            "-DCMAKE_CXX_COMPILER=${CXX}" -DCMAKE_BUILD_TYPE=Plain "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}")
+            "-DCMAKE_CXX_COMPILER=${CXX}" -DCMAKE_BUILD_TYPE=Plain "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}"
+            ${options})
 run_or_fail(WORKING_DIRECTORY "${DIRECTORY}" "${CMAKE_COMMAND}" --build build)
 file(REMOVE "${DIRECTORY}/part.inp")
 run_or_fail(WORKING_DIRECTORY "${DIRECTORY}" build/my_part "${SAMPLE}" part.inp)

@@ -6,8 +6,8 @@
 slice2mesh::SliceStack two_layers();  // other.cpp
 
 int main() {
-  slice2mesh::Diagnostics diagnostics;
-  const slice2mesh::SlabPlan plan = slice2mesh::make_slabs(two_layers(), {}, diagnostics);
-  std::printf("%zu slabs with slice2mesh %s\n", plan.slabs.size(), SLICE2MESH_VERSION);
-  return plan.slabs.size() == 2 ? 0 : 1;
+  const slice2mesh::Result result = slice2mesh::slice_to_mesh(two_layers());
+  std::printf("%zu tets in %zu slabs with slice2mesh %s\n", result.mesh.tets.size(), result.mesh.slabs.size(),
+              SLICE2MESH_VERSION);
+  return result.mesh.slabs.size() == 2 && result.report.certificate.passed() ? 0 : 1;
 }
