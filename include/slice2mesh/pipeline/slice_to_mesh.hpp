@@ -94,7 +94,7 @@ public:
     return
         [progress = options_.progress, limit = options_.budget.time_limit, start = start_](Stage stage, double share) {
           if (std::chrono::duration<double>(Clock::now() - start).count() > limit)
-            throw BudgetError(stage, "the time limit of " + std::to_string(limit) + " s is used up");
+            throw BudgetError(stage, "the time limit of " + detail::short_number(limit) + " s is used up");
           return !progress || progress(stage, share);
         };
   }
