@@ -118,14 +118,17 @@ TEST_CASE("numbers of 192 bits multiply, shift and add like numbers of any size"
   const auto big = [](detail::Int128 v) {
     return (cpp_int(static_cast<std::int64_t>(v >> 64)) << 64) + static_cast<std::uint64_t>(v);
   };
+  // A negative number must not be shifted to the left.
+  const auto wide_number = [&] {
+    const auto high = static_cast<std::int64_t>(random());
+    return detail::Int128(high) * (detail::Int128(1) << 64) + random();
+  };
   for (int i = 0; i < 20000; ++i) {
-    const detail::Int128 a =
-        ((detail::Int128(static_cast<std::int64_t>(random())) << 64) | random()) >> (2 + random() % 100);
+    const detail::Int128 a = wide_number() >> (2 + random() % 100);
     const std::int64_t b = static_cast<std::int64_t>(random()) >> (2 + random() % 40);
     const detail::Int192 p = detail::multiply(a, b);
     REQUIRE(wide(p) == big(a) * b);
-    const detail::Int128 c =
-        ((detail::Int128(static_cast<std::int64_t>(random())) << 64) | random()) >> (40 + random() % 60);
+    const detail::Int128 c = wide_number() >> (40 + random() % 60);
     const detail::Int192 q = detail::multiply(c, b);
     REQUIRE(wide(detail::add(p, q)) == (big(a) + big(c)) * b);
     REQUIRE((p < q) == (wide(p) < wide(q)));

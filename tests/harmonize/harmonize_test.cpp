@@ -246,6 +246,22 @@ TEST_CASE("a column does not move across what stands in its way") {
   for (const Outline& outline : merged.outlines) check_valid(outline);
 }
 
+TEST_CASE("contour sizes far below eps cost no more than their points") {
+  // Harmonizing so fine pieces would merge them as fast as they are made.
+  const Harmonized h = harmonize_stack(random_stack(7, 3), 0.5, 0.002);
+  const double longest = 0.002 * h.contours.thickness / h.contours.grid.pitch;
+  std::size_t edges = 0;
+  for (std::size_t s = 0; s < h.contours.slabs.size(); ++s) {
+    check_valid(h.contours.outlines[s]);
+    CHECK(h.contours.deviation[s] <= h.contours.eps);
+    edges += h.contours.outlines[s].edges.size();
+    for (const Outline::Edge& e : h.contours.outlines[s].edges)
+      REQUIRE(detail::distance(h.contours.outlines[s].vertices[std::size_t(e.a)],
+                               h.contours.outlines[s].vertices[std::size_t(e.b)]) <= longest * 1.01);
+  }
+  CHECK(edges > 10000);
+}
+
 TEST_CASE("a sliver of a region that the planes cannot tell from nothing vanishes, a wider one stays as it is") {
   constexpr std::int64_t kWide = std::int64_t{1} << 30;
   for (const std::int64_t width : {std::int64_t{16}, std::int64_t{112}, std::int64_t{1008}, std::int64_t{2000}}) {

@@ -2,6 +2,7 @@
 // Budgets, cancellation from any place, and the same bytes every time.
 #include <algorithm>
 #include <cstdint>
+#include <map>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -10,6 +11,8 @@
 
 #include "slice2mesh/core/error.hpp"
 #include "slice2mesh/io/write_mesh.hpp"
+#include "slice2mesh/quality/certificate.hpp"
+#include "slice2mesh/quality/quality.hpp"
 #include "test_support.hpp"
 #include "torture/generators.hpp"
 #include "torture/pipeline_runner.hpp"
@@ -97,6 +100,62 @@ TEST_CASE("a run is cancelled by any of its calls, and a listener may throw what
     CHECK(thrown.message == "enough");
   }
   CHECK(cancelled.size() >= 8);
+}
+
+TEST_CASE("the more there is to do, the more often every stage asks whether to go on") {
+  // Counts of calls, since times depend on the machine: about one per 8192 elements, or per 1024 steps of refinement.
+  Options options;
+  options.size.size = Length::mm(0.12);
+  options.size.contour_size = Length::mm(0.1);
+  std::map<Stage, std::size_t> count;
+  options.progress = [&](Stage stage, double) {
+    ++count[stage];
+    return true;
+  };
+  const Outcome outcome = run_pipeline(sample(), options);
+  REQUIRE(outcome.certified());
+  const std::size_t tets = outcome.mesh.tets.size();
+  REQUIRE(tets > 15000);
+  const std::size_t slabs = outcome.mesh.slabs.size();
+  CHECK(count[Stage::Harmonize] >= 4 * slabs);
+  CHECK(count[Stage::Triangulate] >= outcome.mesh.vertices.size() / 2048);
+  CHECK(count[Stage::Tetrahedralize] >= tets / 4096);
+  CHECK(count[Stage::Improve] >= 10);
+  CHECK(count[Stage::Certify] >= slabs + 2);
+  CHECK(count[Stage::Quality] >= 3 + tets / 8192);
+  // Without the pipeline around them: whoever is asked may say no.
+  for (std::size_t stop : {std::size_t{0}, std::size_t{2}}) {
+    std::size_t n = 0;
+    const Progress until = [&](Stage, double) { return n++ != stop; };
+    CHECK_THROWS_AS(certify(outcome.mesh, outcome.plc, {}, until), Cancelled);
+    CHECK(n == stop + 1);
+    n = 0;
+    CHECK_THROWS_AS(measure_quality(outcome.mesh, {}, until), Cancelled);
+    CHECK(n == stop + 1);
+  }
+}
+
+TEST_CASE("long bands between two contours in exact mode, which are split finely, can be cancelled within a slab") {
+  SliceStack stack;
+  for (int l = 0; l < 2; ++l) {
+    const double x = 10 + 0.002 * l;
+    Polyline box;
+    box.points = {{0, 0}, {x, 0}, {x, 10}, {0, 10}};
+    stack.layers.emplace_back();
+    stack.layers.back().z = 0.5 * l;
+    stack.layers.back().polylines.push_back(box);
+  }
+  Options options;
+  options.eps = Length::mm(0);
+  std::size_t n = 0;
+  options.progress = [&](Stage stage, double) {
+    n += stage == Stage::Harmonize ? 1 : 0;
+    return n < 12;
+  };
+  const Outcome outcome = run_pipeline(stack, options);
+  CHECK(outcome.ending == Ending::Cancelled);
+  CHECK(outcome.message == std::string(to_string(Stage::Harmonize)) + ": cancelled");
+  CHECK(n == 12);
 }
 
 TEST_CASE("every budget ends a run with a BudgetError, and a budget that suffices changes nothing") {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "slice2mesh/arrange/exact.hpp"
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/arrange/snap_rounding.hpp"
+#include "slice2mesh/core/progress.hpp"
 
 namespace slice2mesh::detail {
 
@@ -117,7 +119,8 @@ private:
 /// Largest distance of a point of the edges of `from` to the edges behind `to` (one-sided Hausdorff distance, in
 /// pitches), as an upper bound that is exact up to `resolution` pitches. Cost: O(n log(length / resolution)) for near
 /// outlines.
-[[nodiscard]] inline double one_sided_deviation(const Outline& from, const SegmentIndex& to, double resolution) {
+[[nodiscard]] inline double one_sided_deviation(const Outline& from, const SegmentIndex& to, double resolution,
+                                                const std::function<void()>& poll = {}) {
   using Nearest = SegmentIndex::Nearest;
   struct Piece {
     GridPoint a, b;
@@ -126,7 +129,9 @@ private:
   double worst = 0;
   std::vector<Piece> stack;
   std::vector<Nearest> at(from.vertices.size());
+  Poll listen(poll, 256);
   for (std::size_t v = 0; v < at.size(); ++v) {
+    listen();
     at[v] = to.nearest(from.vertices[v]);
     worst = std::max(worst, at[v].distance);
   }
@@ -134,6 +139,7 @@ private:
     stack.push_back({from.vertices[static_cast<std::size_t>(e.a)], from.vertices[static_cast<std::size_t>(e.b)],
                      at[static_cast<std::size_t>(e.a)], at[static_cast<std::size_t>(e.b)]});
     while (!stack.empty()) {
+      listen();
       const Piece p = stack.back();
       stack.pop_back();
       // Along the piece the distance has slope at most one, and the distance to one segment is convex.
@@ -159,11 +165,12 @@ private:
   return worst;
 }
 
-/// Hausdorff distance of two outlines in pitches, both ways.
-[[nodiscard]] inline double deviation(const Outline& a, const Outline& b, double resolution) {
+/// Hausdorff distance of two outlines in pitches, both ways. `poll` is called now and then.
+[[nodiscard]] inline double deviation(const Outline& a, const Outline& b, double resolution,
+                                      const std::function<void()>& poll = {}) {
   if (a.empty() || b.empty()) return a.empty() && b.empty() ? 0 : std::numeric_limits<double>::infinity();
-  return std::max(one_sided_deviation(a, SegmentIndex(b), resolution),
-                  one_sided_deviation(b, SegmentIndex(a), resolution));
+  return std::max(one_sided_deviation(a, SegmentIndex(b), resolution, poll),
+                  one_sided_deviation(b, SegmentIndex(a), resolution, poll));
 }
 
 }  // namespace slice2mesh::detail

@@ -3,6 +3,7 @@
 /// @brief Progress and cancellation.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 
 #include "slice2mesh/core/error.hpp"
@@ -17,5 +18,23 @@ using Progress = std::function<bool(Stage stage, double share)>;
 inline void report(const Progress& progress, Stage stage, double share) {
   if (progress && !progress(stage, share)) throw Cancelled(stage);
 }
+
+namespace detail {
+
+/// Calls a function once in so many steps of work; what it throws ends the work. Nothing is called where it is empty.
+class Poll {
+public:
+  explicit Poll(const std::function<void()>& function, std::uint32_t every) : function_(function), every_(every) {}
+  void operator()() {
+    if (function_ && ++steps_ % every_ == 0) function_();
+  }
+
+private:
+  const std::function<void()>& function_;
+  std::uint32_t every_;
+  std::uint32_t steps_ = 0;
+};
+
+}  // namespace detail
 
 }  // namespace slice2mesh

@@ -50,7 +50,7 @@ public:
   void run(std::vector<char>& changed, const std::function<void()>& poll) {
     changed.assign(sheets_.size(), 0);
     for (int round = 0; round < kRounds; ++round) {
-      std::vector<Candidate> candidates = close_pairs();
+      std::vector<Candidate> candidates = close_pairs(poll);
       std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
         if (a.distance != b.distance) return a.distance < b.distance;
         if (a.slab != b.slab) return a.slab < b.slab;
@@ -131,7 +131,7 @@ private:
     return s > 0 && s < slabs_.size() && slabs_[s - 1].z_high == slabs_[s].z_low;
   }
 
-  [[nodiscard]] std::vector<Candidate> close_pairs() const {
+  [[nodiscard]] std::vector<Candidate> close_pairs(const std::function<void()>& poll) const {
     std::vector<Candidate> result;
     const auto reach = std::int64_t(std::ceil(limits_.near));
     std::vector<std::pair<GridPoint, std::int32_t>> below, above;  // vertices in use, sorted
@@ -143,6 +143,7 @@ private:
       std::sort(list.begin(), list.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     };
     for (std::size_t s = 0; s < sheets_.size(); ++s) {
+      poll();
       const Sheet& sheet = sheets_[s];
       for (std::size_t e = 0; e < sheet.outline.edges.size(); ++e) {
         if (!sheet.alive[e]) continue;

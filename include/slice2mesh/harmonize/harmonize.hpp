@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <unordered_map>
 #include <utility>
@@ -121,9 +122,9 @@ inline void subdivide(Outline& outline, double longest) {
 }
 
 /// The contour of a slab that has nothing to be harmonized with.
-[[nodiscard]] inline Outline prepare(const Outline& input, double eps) {
+[[nodiscard]] inline Outline prepare(const Outline& input, double eps, const std::function<void()>& poll) {
   Outline outline = input;
-  simplify(outline, {}, {kSimplifyShare * eps, kShortEdgeShare * eps, kShortToleranceShare * eps, HUGE_VAL});
+  simplify(outline, {}, {kSimplifyShare * eps, kShortEdgeShare * eps, kShortToleranceShare * eps, HUGE_VAL}, poll);
   normalize(outline);
   return outline;
 }
@@ -138,15 +139,14 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
   constexpr int kAttempts = 4;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     std::vector<Outline> outlines = contours.outlines;
-    ColumnMerger(outlines, input.outlines, contours.slabs, frozen, limits).run(changed, [&] {
-      report(progress, Stage::Harmonize, 1);
-    });
+    const auto poll = [&] { report(progress, Stage::Harmonize, 1); };
+    ColumnMerger(outlines, input.outlines, contours.slabs, frozen, limits).run(changed, poll);
     std::vector<double> deviations = contours.deviation;
     bool good = true;
     for (std::size_t s = 0; s < outlines.size(); ++s) {
       if (!changed[s]) continue;
       attach_vertices(outlines[s], std::int32_t(contours.regions.size()));
-      const double measured = deviation(outlines[s], input.outlines[s], kResolutionShare * eps);
+      const double measured = deviation(outlines[s], input.outlines[s], kResolutionShare * eps, poll);
       deviations[s] = measured * contours.grid.pitch;
       if (measured <= eps) continue;
       frozen[s] = 1;
@@ -187,10 +187,15 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
   if (options.eps > 0 && options.eps / input.grid.pitch < detail::kSmallestEps)
     diagnostics.add(Severity::Warning, Stage::Harmonize, "eps_too_small",
                     "eps is below what can be told apart in double precision; 2^-20 of the extent is used instead");
-  const double longest = options.contour_size > 0 ? options.contour_size / input.grid.pitch : HUGE_VAL;
+  const double finest = options.contour_size > 0 ? options.contour_size / input.grid.pitch : HUGE_VAL;
+  // Edges that are short against eps are merged as fast as they are made: finer pieces are made in the end.
+  const double longest = std::max(finest, eps);
   detail::SlabsAhead ahead(input);
   for (std::size_t s = 0; s < input.slabs.size(); ++s) {
-    report(progress, Stage::Harmonize, double(s) / double(input.slabs.size()));
+    const std::function<void()> poll = [&] {
+      report(progress, Stage::Harmonize, double(s) / double(input.slabs.size()));
+    };
+    poll();
     const Outline& own = input.outlines[s];
     const bool stacked = s > 0 && input.slabs[s - 1].z_high == input.slabs[s].z_low;
     Outline outline;
@@ -204,7 +209,7 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
                         "the slice could not be harmonized within eps and is used as it is", input.slabs[s].slice);
         break;
       }
-      outline = detail::prepare(own, share * eps);
+      outline = detail::prepare(own, share * eps, poll);
       if (options.eps > 0) {
         detail::subdivide(outline, longest);
         const detail::SegmentIndex below(stacked ? result.outlines[s - 1] : Outline{});
@@ -218,14 +223,14 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
         for (int pass = 0; pass < detail::kPasses; ++pass)
           outline =
               detail::open_difference(outline, result.outlines[s - 1], static_cast<std::int32_t>(input.regions.size()),
-                                      share * eps * detail::kOpeningShare, limits);
+                                      share * eps * detail::kOpeningShare, limits, poll);
       } else {
         // As open_difference does at its end, so that the same slice gets the same contour wherever it is.
-        detail::simplify(outline, {}, {double(kContourStep), 0, 0, longest});
+        detail::simplify(outline, {}, {double(kContourStep), 0, 0, longest}, poll);
         detail::normalize(outline);
       }
       detail::attach_vertices(outline, static_cast<std::int32_t>(input.regions.size()));
-      deviation = detail::deviation(outline, own, detail::kResolutionShare * eps);
+      deviation = detail::deviation(outline, own, detail::kResolutionShare * eps, poll);
       if (deviation <= eps) break;
       diagnostics.add(Severity::Note, Stage::Harmonize, "harmonized_again",
                       "deviation of " + std::to_string(deviation / eps) + " eps; done again with a smaller share",
@@ -238,6 +243,12 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
   }
   if (options.eps > 0 && options.merge_columns)
     detail::merge_columns(result, input, eps, longest, diagnostics, progress);
+  if (finest < longest)
+    for (Outline& outline : result.outlines) {
+      report(progress, Stage::Harmonize, 1);
+      detail::subdivide(outline, finest);
+      detail::normalize(outline);
+    }
   report(progress, Stage::Harmonize, 1);
   return result;
 }

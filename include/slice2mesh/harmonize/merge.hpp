@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -42,7 +43,7 @@ template <class Skip>
 /// Collapses edges shorter than `limit` (pitches): a free vertex into its neighbor, a vertex on an edge of the outline
 /// below along that edge. `old_edge[e]`: edge e is a part of the outline below. Only where nothing lies in the way.
 inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, const std::vector<char>& old_edge,
-                              double limit) {
+                              double limit, const std::function<void()>& poll = {}) {
   const std::size_t count = outline.vertices.size();
   std::vector<std::vector<std::int32_t>> edges_at(count);
   for (std::size_t e = 0; e < outline.edges.size(); ++e) {
@@ -65,7 +66,8 @@ inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, c
     const double le = length_of(e), lf = length_of(f);
     return le != lf ? le < lf : e < f;
   });
-  const VertexIndex index(outline.vertices, std::max(1.0, total / double(outline.edges.size())));
+  // Edges get longer while others go, up to about the limit.
+  const VertexIndex index(outline.vertices, std::max(limit, total / double(outline.edges.size())));
   std::vector<char> alive(outline.edges.size(), 1), gone(count, 0), is_old = old_edge;
   // Vertices without edges (left over from joined pieces) do not stand in the way.
   for (std::size_t v = 0; v < count; ++v) gone[v] = edges_at[v].empty();
@@ -78,7 +80,9 @@ inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, c
     list.erase(std::find(list.begin(), list.end(), e));
     if (list.empty()) gone[std::size_t(v)] = 1;
   };
+  Poll listen(poll, 256);
   for (const std::int32_t e : order) {
+    listen();
     if (!alive[std::size_t(e)] || length_of(e) >= limit) continue;
     std::int32_t v = outline.edges[std::size_t(e)].a, w = outline.edges[std::size_t(e)].b;
     if (bond[std::size_t(v)] > bond[std::size_t(w)]) std::swap(v, w);

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <numeric>
 #include <unordered_map>
@@ -15,6 +16,7 @@
 
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/arrange/segment_index.hpp"
+#include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/harmonize/merge.hpp"
 #include "slice2mesh/harmonize/simplify.hpp"
 #include "slice2mesh/triangulate/planar.hpp"
@@ -109,7 +111,7 @@ public:
   /// `triangles`: #T by 3; `neighbor`: #T by 3, kNone outside of the pocket.
   PocketSelection(const std::vector<GridPoint>& points, const std::vector<PocketVertex>& vertices,
                   const std::vector<std::array<std::int32_t, 3>>& triangles,
-                  const std::vector<std::array<std::int32_t, 3>>& neighbor)
+                  const std::vector<std::array<std::int32_t, 3>>& neighbor, const std::function<void()>& poll = {})
       : points_(points), triangles_(triangles), neighbor_(neighbor), kept_(triangles.size(), 0) {
     std::vector<char> far(triangles.size(), 0);
     for (std::size_t t = 0; t < triangles.size(); ++t) {
@@ -123,7 +125,7 @@ public:
       kept_[t] = far[t] || own_only != below_only;
     }
     drop_parts_without(far);
-    thin_parts();
+    thin_parts(poll);
   }
   [[nodiscard]] const std::vector<char>& kept() const { return kept_; }
 
@@ -142,7 +144,8 @@ private:
     for (std::size_t t = 0; t < triangles_.size(); ++t)
       kept_[t] = kept_[t] && has[std::size_t(parts.find(std::int32_t(t)))];
   }
-  void thin_parts() {
+  void thin_parts(const std::function<void()>& poll) {
+    Poll listen(poll, 64);
     std::vector<std::int32_t> stack, part;
     std::vector<char> seen(triangles_.size(), 0);
     std::vector<std::pair<std::size_t, bool>> decisions;
@@ -177,6 +180,7 @@ private:
       constexpr double kReach = 1.1;
       bool stays = true;
       for (const std::int32_t u : part) {
+        listen();
         for (std::size_t i = 0; i < 3 && stays; ++i) {
           bool near = false;
           for (const Cut& c : cuts)
@@ -237,9 +241,10 @@ inline constexpr double kMergeShare = 0.7;
 inline constexpr double kAttachShare = 0.4;
 
 /// `below` where `own` differs from it by less than `width` (pitches), `own` elsewhere. New vertices are simplified
-/// within `limits`; vertices and edges of `below` stay as they are.
+/// within `limits`; vertices and edges of `below` stay as they are. `poll` is called now and then.
 [[nodiscard]] inline Outline open_difference(const Outline& own, const Outline& below, std::int32_t regions,
-                                             double width, const SimplifyLimits& limits) {
+                                             double width, const SimplifyLimits& limits,
+                                             const std::function<void()>& poll = {}) {
   std::vector<TaggedSegment> segments;
   append_segments(own, 0, segments);
   append_segments(below, regions, segments);
@@ -368,7 +373,9 @@ inline constexpr double kAttachShare = 0.4;
       queue.push_back(std::int32_t(s));
     }
     // Split what is longer than half the width and has a vertex of the pocket in its diametral disc.
+    Poll listen(poll, 1024);
     while (!queue.empty()) {
+      listen();
       const std::int32_t s = queue.back();
       queue.pop_back();
       const SubEdge sub = subs[std::size_t(s)];
@@ -499,7 +506,7 @@ inline constexpr double kAttachShare = 0.4;
     for (std::size_t v = 0; v < vertices.size(); ++v)
       if (vertices[v].on_own != vertices[v].on_below)
         vertices[v].far = (vertices[v].on_own ? below_index : own_index).distance(local_points[v], width) >= width;
-    const PocketSelection selection(local_points, vertices, triangles, neighbor);
+    const PocketSelection selection(local_points, vertices, triangles, neighbor, poll);
     const auto triangle_label = [&](std::int32_t t) {
       const std::int32_t f = triangle_face[std::size_t(t)];
       return selection.kept()[std::size_t(t)] ? own_label[std::size_t(f)] : below_label[std::size_t(f)];
@@ -560,13 +567,13 @@ inline constexpr double kAttachShare = 0.4;
   for (std::size_t v = 0; v < bond.size(); ++v)
     if (at_below[v]) bond[v] = Bond::OnVertex;
   slant_cuts(outline, bond, cut_edge);
-  merge_short_edges(outline, bond, old_edge, kMergeShare * width);
+  merge_short_edges(outline, bond, old_edge, kMergeShare * width, poll);
   std::vector<char> fixed(outline.vertices.size(), 0);
   for (std::size_t v = 0; v < bond.size(); ++v) fixed[v] = bond[v] != Bond::Free;
-  simplify(outline, fixed, limits);
+  simplify(outline, fixed, limits, poll);
   // Where slices left the contour below and have come back, vertices stay behind on its straight edges: they go. The
   // overlay of the plane leads the edge through them where the contour below has them, so that both still coincide.
-  simplify(outline, {}, {double(kContourStep), 0, 0, limits.longest});
+  simplify(outline, {}, {double(kContourStep), 0, 0, limits.longest}, poll);
   normalize(outline);
   return outline;
 }

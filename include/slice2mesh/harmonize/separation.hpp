@@ -272,13 +272,16 @@ struct SeparationCollector {
 }
 
 /// Measures what harmonization aims at: how near contours of different layers come to each other in the planes where
-/// they meet, and each contour to itself. Distances and angles are rounded doubles. Cost: O(n log n).
-[[nodiscard]] inline SeparationReport measure_separation(const Contours& contours) {
+/// they meet, and each contour to itself. Distances and angles are rounded doubles. Errors: Cancelled, by the listener.
+/// Cost: O(n log n).
+[[nodiscard]] inline SeparationReport measure_separation(const Contours& contours, const Progress& progress = {}) {
   SeparationReport report;
   report.tolerance = contours.tolerance;
   std::vector<std::array<std::int32_t, 2>> slab_planes;
   const auto planes = plane_slabs(contours.slabs, slab_planes);
+  // Reported as the end of the stage whose result is measured.
   for (std::size_t k = 0; k < planes.size(); ++k) {
+    slice2mesh::report(progress, Stage::Harmonize, 1);
     const auto [below, above] = planes[k];
     SeparationFigures figures;
     // Nothing is between two contours that are the same.
@@ -289,6 +292,7 @@ struct SeparationCollector {
     report.planes.push_back(figures);
   }
   for (std::size_t s = 0; s < contours.outlines.size(); ++s) {
+    slice2mesh::report(progress, Stage::Harmonize, 1);
     report.slabs.push_back(detail::separation_within(contours, std::int32_t(s), slab_planes[s][0]));
     detail::add_figures(report.within, report.slabs.back());
   }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <queue>
 #include <unordered_map>
 #include <utility>
@@ -14,6 +15,7 @@
 #include "slice2mesh/arrange/exact.hpp"
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/arrange/snap_rounding.hpp"
+#include "slice2mesh/core/progress.hpp"
 
 namespace slice2mesh::detail {
 
@@ -53,7 +55,7 @@ public:
   }
 
 private:
-  [[nodiscard]] std::int64_t column(std::int64_t x) const { return static_cast<std::int64_t>(floor_div(x, cell_)); }
+  [[nodiscard]] std::int64_t column(std::int64_t x) const { return x / cell_ - (x % cell_ < 0 ? 1 : 0); }
   [[nodiscard]] static std::uint64_t key(std::int64_t c, std::int64_t r) { return GridHash{}({c, r}); }
   const std::vector<GridPoint>& vertices_;
   std::int64_t cell_;
@@ -63,8 +65,9 @@ private:
 /// Removes vertices of degree two, the least important first. `fixed` (#V, may be empty) vertices stay. No edge of the
 /// result crosses another: a vertex goes only if the triangle it spans with its neighbors holds no other vertex
 /// (exact). Source: Visvalingam, Whyatt, "Line generalisation by repeated elimination of points", Cartogr. J. 30
-/// (1993), with the distance of all dropped points to the new edge as measure.
-inline void simplify(Outline& outline, const std::vector<char>& fixed, const SimplifyLimits& limits) {
+/// (1993), with the distance of all dropped points to the new edge as measure. `poll` is called now and then.
+inline void simplify(Outline& outline, const std::vector<char>& fixed, const SimplifyLimits& limits,
+                     const std::function<void()>& poll = {}) {
   const std::size_t count = outline.vertices.size();
   if (count < 4) return;
   std::vector<std::vector<std::int32_t>> edges_at(count);
@@ -116,7 +119,9 @@ inline void simplify(Outline& outline, const std::vector<char>& fixed, const Sim
     queue.push({error, v, version[static_cast<std::size_t>(v)]});
   };
   for (std::size_t v = 0; v < count; ++v) consider(static_cast<std::int32_t>(v));
+  Poll listen(poll, 1024);
   while (!queue.empty()) {
+    listen();
     const Candidate top = queue.top();
     queue.pop();
     const std::int32_t v = top.vertex;

@@ -33,7 +33,9 @@ inline bool improve(const Contours& contours, PlaneStack& stack, Plc& plc, Mesh&
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
     if (mesh.vertices[v] != plc.position(v)) return false;
   detail::MeshOptimizer(stack, mesh, contours.grid, options, progress).run();
+  report(progress, Stage::Improve, 1);
   plc = build_plc(contours, stack.meshes, stack.slab_planes);
+  report(progress, Stage::Improve, 1);
   mesh.vertices.clear();
   for (std::size_t v = 0; v < plc.vertices.size(); ++v) mesh.vertices.push_back(plc.position(v));
   mesh.facets = plc.facets;

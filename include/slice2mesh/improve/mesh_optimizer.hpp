@@ -49,6 +49,7 @@ public:
     for (std::size_t v = 0; v < points_.size(); ++v) at_[v].reserve(std::size_t(degree[v]) + 4);
     ratio_.resize(mesh.tets.size());
     for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+      poll();
       for (const std::int32_t v : mesh.tets[t]) at_[std::size_t(v)].push_back(std::int32_t(t));
       ratio_[t] = ratio(mesh.tets[t]);
     }

@@ -218,13 +218,14 @@ SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& o
   harmonize_options.contour_size = sizes.contour_size;
   Contours contours = harmonize(regions, harmonize_options, result.diagnostics, progress);
   slice2mesh::report(progress, Stage::Harmonize, 1);
-  report.separation = measure_separation(contours);
+  report.separation = measure_separation(contours, progress);
   note_separation(report.separation, contours.slabs, result.diagnostics);
   clock.done(Stage::Harmonize);
   PlaneStack planes = triangulate_planes(contours, sizes, options.budget, progress);
   clock.done(Stage::Triangulate);
   slice2mesh::report(progress, Stage::Plc, 0);
   result.plc = build_plc(contours, planes.meshes, planes.slab_planes);
+  slice2mesh::report(progress, Stage::Plc, 1);
   clock.done(Stage::Plc);
   result.mesh = model.with_progress(progress)(result.plc);
   slice2mesh::report(progress, Stage::Tetrahedralize, 1);
@@ -236,20 +237,22 @@ SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& o
   clock.done(Stage::Improve);
   slice2mesh::report(progress, Stage::Certify, 0);
   if (traits.facets == FacetKeeping::Exactly) {
-    report.certificate = certify(result.mesh, result.plc);
+    report.certificate = certify(result.mesh, result.plc, {}, progress);
   } else {
     const AxiomReport axioms = check_axioms(result.mesh, result.plc, traits);
     report.certificate = detail::certificate_of(axioms, result.mesh, result.plc);
     report.layers = axioms.layers;
   }
   report.tetrahedralizer = traits.name;
+  slice2mesh::report(progress, Stage::Certify, 1);
   clock.done(Stage::Certify);
   slice2mesh::report(progress, Stage::Quality, 0);
   QualityOptions quality_options;
   quality_options.metric_l = sizes.size;
   quality_options.metric_h = plan.thickness;
   quality_options.classify = default_cause(result.plc, contours.tolerance, &regions.outlines);
-  report.quality = measure_quality(result.mesh, quality_options);
+  report.quality = measure_quality(result.mesh, quality_options, progress);
+  slice2mesh::report(progress, Stage::Quality, 1);
   clock.done(Stage::Quality);
 
   slice2mesh::report(progress, Stage::Fem, 0);

@@ -13,6 +13,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,6 +21,7 @@
 #include "slice2mesh/arrange/exact.hpp"
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/core/plc.hpp"
+#include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/plc/plc_checks.hpp"
 
 namespace slice2mesh {
@@ -141,8 +143,8 @@ struct ExactVolume {
 
 class Certifier {
 public:
-  Certifier(const Mesh& mesh, const Plc& plc, const CertifyOptions& options)
-      : mesh_(mesh), plc_(plc), options_(options) {}
+  Certifier(const Mesh& mesh, const Plc& plc, const CertifyOptions& options, const Progress& progress)
+      : mesh_(mesh), plc_(plc), options_(options), progress_(progress) {}
 
   [[nodiscard]] Certificate run() {
     Certificate result;
@@ -160,9 +162,12 @@ public:
     const SlabFacets facets = facets_by_slab(plc_);
     local_.assign(mesh_.vertices.size(), kNone);
     used_.assign(mesh_.vertices.size(), 0);
-    for (std::size_t s = 0; s < plc_.slabs.size(); ++s)
+    for (std::size_t s = 0; s < plc_.slabs.size(); ++s) {
+      share_ = double(s) / double(plc_.slabs.size());
+      poll_();
       certify_slab(static_cast<std::int32_t>(s), facets.facets.data() + facets.start[s],
                    facets.facets.data() + facets.start[s + 1]);
+    }
     for (std::size_t v = 0; v < used_.size(); ++v)
       if (!used_[v]) orphans_.offend([v] { return "vertex " + std::to_string(v); });
     result.volume = volume_.value();
@@ -328,7 +333,9 @@ private:
     std::vector<CompensatedSum> rounded(plc_.regions.size());  // 6 V in mm^3, of tets off the grid
     std::vector<char> off_grid(plc_.regions.size(), 0);
     const std::size_t first = start_[s], last = start_[s + 1];
+    Poll listen(poll_, 1 << 13);
     for (std::size_t i = first; i < last; ++i) {
+      listen();
       const auto t = static_cast<std::size_t>(order_[i]);
       const auto& tet = mesh_.tets[t];
       const auto region = static_cast<std::size_t>(mesh_.tet_region[t]);
@@ -414,6 +421,7 @@ private:
       if (!known) missing_facet(slab, *it);
     }
     for (std::size_t v = 0; v < global.size(); ++v) {
+      listen();
       const auto begin = faces_.begin() + std::ptrdiff_t(start[v]), end = faces_.begin() + std::ptrdiff_t(start[v + 1]);
       std::sort(begin, end, [](const Face& f, const Face& g) {
         if (f.mid != g.mid) return f.mid < g.mid;
@@ -678,6 +686,9 @@ private:
   const Mesh& mesh_;
   const Plc& plc_;
   const CertifyOptions& options_;
+  const Progress& progress_;
+  double share_ = 0;
+  std::function<void()> poll_ = [this] { report(progress_, Stage::Certify, share_); };
   std::vector<std::size_t> start_;     // #S + 1 offsets into order_
   std::vector<std::int32_t> order_;    // sound tets by slab
   std::vector<GridPoint> points_;      // #V, where plane_ is not kNone
@@ -703,9 +714,11 @@ private:
 /// the grid and on the two planes of their slab are judged in integer arithmetic, others by exact expansions of
 /// doubles. Walls: a vertical face must be a facet of the complex or, where a wall has other diagonals, a triangle of
 /// vertices of one wall, as many as the wall has facets. Precondition: a complex with inner faces; `verify_plc` says
-/// whether the complex itself is sound. Errors: none; whatever is wrong with the mesh is in the checks. Cost: linear.
-[[nodiscard]] inline Certificate certify(const Mesh& mesh, const Plc& plc, const CertifyOptions& options = {}) {
-  return detail::Certifier(mesh, plc, options).run();
+/// whether the complex itself is sound. Errors: Cancelled, by the listener; whatever is wrong with the mesh is in the
+/// checks. Cost: linear.
+[[nodiscard]] inline Certificate certify(const Mesh& mesh, const Plc& plc, const CertifyOptions& options = {},
+                                         const Progress& progress = {}) {
+  return detail::Certifier(mesh, plc, options, progress).run();
 }
 
 }  // namespace slice2mesh

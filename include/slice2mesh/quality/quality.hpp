@@ -17,6 +17,7 @@
 
 #include "slice2mesh/core/error.hpp"
 #include "slice2mesh/core/mesh.hpp"
+#include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/fem/boundary_sets.hpp"
 #include "slice2mesh/quality/tet_figures.hpp"
 
@@ -199,9 +200,10 @@ private:
 
 /// Measure a mesh; definitions as in the documentation of the figures (docs/pipeline).
 /// Precondition: slabs ascend and do not overlap. Tets need not be positive or inside their slab: that is reported.
-/// Errors: OptionError; Error (Stage::Quality) for a mesh whose arrays do not fit together.
+/// Errors: OptionError; Error (Stage::Quality) for a mesh whose arrays do not fit together; Cancelled, by the listener.
 /// Cost: linear in #T, 8 bytes per tet (16 with metric figures).
-[[nodiscard]] inline QualityReport measure_quality(const Mesh& mesh, const QualityOptions& options = {}) {
+[[nodiscard]] inline QualityReport measure_quality(const Mesh& mesh, const QualityOptions& options = {},
+                                                   const Progress& progress = {}) {
   if (!(options.metric_l >= 0) || std::isinf(options.metric_l)) throw OptionError("metric_l", "must be a length >= 0");
   if (!(options.metric_h >= 0) || std::isinf(options.metric_h)) throw OptionError("metric_h", "must be a length >= 0");
   detail::check_mesh_arrays(mesh, Stage::Quality);
@@ -247,7 +249,12 @@ private:
   detail::CompensatedSum volume;
   double largest_cotangent = -kInfinity;
   double smallest_cotangent = kInfinity;
+  double share = 0;
+  const std::function<void()> poll = [&] { slice2mesh::report(progress, Stage::Quality, share); };
+  detail::Poll listen(poll, 1 << 13);
   for (std::size_t t = 0; t < tet_count; ++t) {
+    share = double(t) / double(tet_count);
+    listen();
     TetCorners p;
     for (std::size_t i = 0; i < 4; ++i) p[i] = detail::vertex_of(mesh, t, i);
     const detail::TetFrame frame = detail::tet_frame(p);
@@ -351,6 +358,8 @@ private:
   }
   for (std::size_t t = 0; t < tet_count; ++t) {
     if (ratios[t] > options.forced_above) {
+      // A classifier may look at the neighborhood of the element.
+      if (report.forced.elements % 1024 == 0) poll();
       ++report.forced.elements;
       const Cause cause = options.classify ? describe(t).cause : Cause::Unknown;
       if (cause == Cause::SmallInputAngle) ++report.forced.small_input_angle;
@@ -359,6 +368,7 @@ private:
     }
     report.forced.worst_other = std::max(report.forced.worst_other, ratios[t]);
   }
+  poll();
   report.ratio = detail::ratio_figures(ratios);
   if (with_metric) report.metric_ratio = detail::ratio_figures(metric_ratios);
   return report;
