@@ -41,6 +41,8 @@ def runs_of(path):
         figures.setdefault((family, value), {})[stage] = (seconds, memory)
     with open(path, encoding="utf-8") as file:
         for run in json.load(file)["benchmarks"]:
+            if run.get("run_type", "iteration") != "iteration":  # mean, standard deviation and so on
+                continue
             _, family, value = split(run.get("run_name", run["name"]))
             tets[family, value] = int(run["tets"])
     return figures, tets
