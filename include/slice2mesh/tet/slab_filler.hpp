@@ -115,8 +115,12 @@ private:
       // The cell of a vertex where walls meet at a reflex angle is not convex: then there may be two, one of them
       // beyond the walls. The way to the target is the one whose neighbor the target is nearer to; if there is none,
       // the target is in this cell.
-      Corner out{}, w{}, beside{};
+      Corner out{}, w{};
       std::int32_t out_edge = kNone;  // edge opposite to this vertex index of out.triangle is crossed
+      // The points that split a wall are rounded, so its two chains bend apart: the way may pass the end of the border
+      // of two cells on the outside. It is crossed there all the same, if it is not crossed elsewhere.
+      Corner outside{}, beside{};
+      std::int32_t outside_edge = kNone;
       const bool first = beyond(center(sheet, at.triangle));
       const int passes = sheet.on_wall[std::size_t(u)] ? 2 : 1;
       for (int pass = 0; pass < passes && out_edge == kNone; ++pass) {
@@ -142,24 +146,25 @@ private:
             }
             if (passes == 1) return at;
           }
-          if (next == kNone && second_is_nearer<kLower>(target, pu, vertex(sheet, end.triangle, end.index)))
+          if (next == kNone && second_is_nearer<kLower>(target, pu, vertex(sheet, end.triangle, end.index))) {
+            outside = here;
             beside = end;
+            outside_edge = edge;
+          }
           if (next == kNone || next == at.triangle) break;
           here.triangle = next;
           here.index = index_of(sheet, next, u);
           side = next_side;
         }
       }
-      if (out_edge != kNone) {
-        cross(out, w, out_edge);
-        at = w;
-      } else if (beside.triangle != kNone) {
-        // The points that split a wall are rounded, so its two chains bend apart: the way may pass the end of the
-        // border of two cells on the outside, and come in as if it had begun in the second one.
-        at = beside;
-      } else {
-        return at;
+      if (out_edge == kNone) {
+        if (outside_edge == kNone) return at;
+        out = outside;
+        w = beside;
+        out_edge = outside_edge;
       }
+      cross(out, w, out_edge);
+      at = w;
     }
   }
   static std::int32_t index_of(const Sheet& s, std::int32_t t, std::int32_t v) {

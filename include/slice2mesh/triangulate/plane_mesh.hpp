@@ -215,11 +215,10 @@ private:
   /// contour, however narrow the gap, where halving would go on until the pieces are as short as the gap is wide. False
   /// if v is not so near.
   [[nodiscard]] bool split_opposite(const Sub& s, std::int32_t v, GridPoint& result) const {
-    constexpr double kNarrow = 0.05;  // gap over length
-    constexpr double kFromEnds = 2;   // of gaps
+    constexpr double kFromEnds = 1;  // of gaps
     const GridPoint a = points_[std::size_t(s.a)], b = points_[std::size_t(s.b)], p = points_[std::size_t(v)];
     const double length = distance(a, b), gap = segment_distance(p, a, b);
-    if (!(gap < kNarrow * length)) return false;
+    if (!(gap < length / 2)) return false;
     const double ex = double(b.x - a.x) / length, ey = double(b.y - a.y) / length;
     // The mean direction of the contour edges at v that run along the piece.
     double tx = 0, ty = 0;
@@ -244,16 +243,32 @@ private:
     // is made even if it is very near to an end, and at the grid point nearby that is in no disc.
     constexpr double kPlay = 4;  // pitches
     const bool tight = gap * gap / (2 * length) < kPlay && (is_sharp(s.a, s.b) || is_sharp(s.b, s.a));
-    if (tight) return split_tightly(s, v, {at * ex, at * ey}, result);
-    if (at < kFromEnds * gap || at > length - kFromEnds * gap) return false;
+    if (!tight && (at < kFromEnds * gap || at > length - kFromEnds * gap)) return false;
     result = {a.x + std::llround(at * ex), a.y + std::llround(at * ey)};
+    if (is_clear_opposite(s, v, result) || split_tightly(s, v, {at * ex, at * ey}, result)) return true;
+    // Where the other contour bends at v, only the foot of v is in no disc.
+    const double foot = double(dot(a, b, p)) / length;
+    if (foot < kFromEnds * gap || foot > length - kFromEnds * gap) return false;
+    return split_tightly(s, v, {foot * ex, foot * ey}, result);
+  }
+  /// Has a split at m the vertex v in no disc of the two halves, and m in no disc of the contour edges at v?
+  [[nodiscard]] bool is_clear_opposite(const Sub& s, std::int32_t v, const GridPoint& m) const {
+    const GridPoint a = points_[std::size_t(s.a)], b = points_[std::size_t(s.b)], p = points_[std::size_t(v)];
+    if (m == a || m == b || in_diametral_disc(a, m, p) || in_diametral_disc(m, b, p)) return false;
+    Cdt::Edge_circulator e = cdt_.incident_edges(handles_[std::size_t(v)]), begin = e;
+    do {
+      if (!e->first->is_constrained(e->second) || cdt_.is_infinite(e)) continue;
+      if (in_diametral_disc(point(e->first->vertex(Cdt::ccw(e->second))), point(e->first->vertex(Cdt::cw(e->second))),
+                            m))
+        return false;
+    } while (++e != begin);
     return true;
   }
-  /// The grid point near an ideal one (from the start of the piece, pitches) that has v in no disc of the two halves,
-  /// and is in no disc of the contour edges at v; the one nearest to the ideal one.
+  /// The grid point near an ideal one (from the start of the piece, pitches) that is clear (see is_clear_opposite); the
+  /// one nearest to the ideal one.
   [[nodiscard]] bool split_tightly(const Sub& s, std::int32_t v, const std::array<double, 2>& ideal,
                                    GridPoint& result) const {
-    const GridPoint a = points_[std::size_t(s.a)], b = points_[std::size_t(s.b)], p = points_[std::size_t(v)];
+    const GridPoint a = points_[std::size_t(s.a)];
     constexpr std::int64_t kAround = 3;  // pitches
     const GridPoint middle{a.x + std::llround(ideal[0]), a.y + std::llround(ideal[1])};
     double nearest = HUGE_VAL;
@@ -261,15 +276,7 @@ private:
       for (std::int64_t j = -kAround; j <= kAround; ++j) {
         const GridPoint m{middle.x + i, middle.y + j};
         const double off = std::hypot(double(m.x - a.x) - ideal[0], double(m.y - a.y) - ideal[1]);
-        if (off >= nearest || m == a || m == b || in_diametral_disc(a, m, p) || in_diametral_disc(m, b, p)) continue;
-        bool good = true;
-        Cdt::Edge_circulator e = cdt_.incident_edges(handles_[std::size_t(v)]), begin = e;
-        do {
-          if (!e->first->is_constrained(e->second) || cdt_.is_infinite(e)) continue;
-          good = good && !in_diametral_disc(point(e->first->vertex(Cdt::ccw(e->second))),
-                                            point(e->first->vertex(Cdt::cw(e->second))), m);
-        } while (++e != begin);
-        if (!good) continue;
+        if (off >= nearest || !is_clear_opposite(s, v, m)) continue;
         nearest = off;
         result = m;
       }
