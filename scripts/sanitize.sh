@@ -5,7 +5,8 @@
 #   bash scripts/sanitize.sh [--all] [--fuzz SECONDS]
 #
 # --all           every test but those labelled slow and external, not only those that are quick to compile
-# --fuzz SECONDS  then run every fuzz target for so long, all at a time (where Clang is installed; 0, the default: none)
+# --fuzz SECONDS  then run every fuzz target for so long, one per processor at a time (where Clang is installed; 0, the default:
+#                 none)
 #
 # SLICE2MESH_SANITIZE_BUILD  the build directory (default build/asan); that of the fuzzers has -fuzz at its end
 set -euo pipefail
@@ -54,25 +55,17 @@ else
 fi
 
 if [ "$fuzz" -eq 0 ]; then exit 0; fi
-cmake --preset fuzz -B "$build-fuzz"
+cmake --preset fuzz -B "$build-fuzz" -DSLICE2MESH_FUZZ_SECONDS="$fuzz"
 cmake --build "$build-fuzz" --parallel "$jobs" --target fuzzers
-run_target() {
-  local target=$1 found="$build-fuzz/found/$1"
-  mkdir -p "$found"
-  if ! "$build-fuzz/tests/fuzz/${target}_fuzz" -max_total_time="$fuzz" -max_len=400 -timeout=60 -rss_limit_mb=3000 \
-    -print_final_stats=1 -artifact_prefix="$found/" "$found" "tests/fuzz/corpus/$target" >"$found.log" 2>&1; then
-    echo "sanitize.sh: $target: a fault; the input is in $found" >&2
-    tail -n 40 "$found.log" >&2
-    return 1
-  fi
-  echo "fuzz target $target: $(sed -n 's/^stat::number_of_executed_units: *//p' "$found.log") executions in $fuzz s"
-}
-# All at a time: most of the time is that of the pipeline, whatever the others take.
+log="$build-fuzz/fuzzing.log"
 failed=0
-running=()
-for target in read_cli write_cli mesh_files read_tets pipeline; do
-  run_target "$target" &
-  running+=($!)
-done
-for process in "${running[@]}"; do wait "$process" || failed=1; done
+ctest --test-dir "$build-fuzz" --label-regex '^fuzzing$' --no-tests=error --parallel "$jobs" --output-on-failure \
+  --output-log "$log" --verbose >/dev/null || failed=1
+if [ "$failed" -eq 0 ]; then
+  grep -E 'Test +#|number_of_executed_units|tests passed' "$log"
+else
+  # What a fuzzer says last names the fault and the file that holds the input.
+  tail -n 200 "$log" >&2
+  echo "sanitize.sh: a fault; the inputs are in $build-fuzz/tests/fuzz/found" >&2
+fi
 exit "$failed"
