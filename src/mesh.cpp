@@ -27,7 +27,7 @@ namespace {
 void print_layers(const std::string& name, const slice2mesh::LayerReport& layers) {
   print_line(stdout, "tetrahedralizer", name);
   print_line(stdout, "tets that cross",
-             std::to_string(layers.crossing) + " (" + short_text(100 * layers.crossing_share) +
+             std::to_string(layers.crossing) + " (" + slice2mesh::detail::short_number(100 * layers.crossing_share, 3) +
                  " %) lie in more than one layer");
   print_line(stdout, "volume error",
              short_text(100 * layers.volume_error) + " %, largest of a layer " +
