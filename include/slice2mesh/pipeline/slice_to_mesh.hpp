@@ -216,7 +216,7 @@ SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& o
   HarmonizeOptions harmonize_options;
   harmonize_options.eps = options.eps.in_mm(plan.thickness);
   harmonize_options.contour_size = sizes.contour_size;
-  Contours contours = harmonize(regions, harmonize_options, result.diagnostics, progress);
+  const Contours contours = harmonize(regions, harmonize_options, result.diagnostics, progress);
   slice2mesh::report(progress, Stage::Harmonize, 1);
   report.separation = measure_separation(contours, progress);
   note_separation(report.separation, contours.slabs, result.diagnostics);

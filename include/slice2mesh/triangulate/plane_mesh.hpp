@@ -215,7 +215,7 @@ private:
   /// contour, however narrow the gap, where halving would go on until the pieces are as short as the gap is wide. False
   /// if v is not so near.
   [[nodiscard]] bool split_opposite(const Sub& s, std::int32_t v, GridPoint& result) const {
-    constexpr double kFromEnds = 1;  // of gaps
+    constexpr double kFromEnds = 1;  // of gaps: no piece is shorter than the gap is wide
     const GridPoint a = points_[std::size_t(s.a)], b = points_[std::size_t(s.b)], p = points_[std::size_t(v)];
     const double length = distance(a, b), gap = segment_distance(p, a, b);
     if (!(gap < length / 2)) return false;
@@ -269,7 +269,7 @@ private:
   [[nodiscard]] bool split_tightly(const Sub& s, std::int32_t v, const std::array<double, 2>& ideal,
                                    GridPoint& result) const {
     const GridPoint a = points_[std::size_t(s.a)];
-    constexpr std::int64_t kAround = 3;  // pitches
+    constexpr std::int64_t kAround = 3;  // pitches: walls bend by no more than a few roundings
     const GridPoint middle{a.x + std::llround(ideal[0]), a.y + std::llround(ideal[1])};
     double nearest = HUGE_VAL;
     for (std::int64_t i = -kAround; i <= kAround; ++i)
