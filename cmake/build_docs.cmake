@@ -22,7 +22,7 @@ if(PYTHON)
   execute_process(COMMAND "${PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/../scripts/check_reference.py" "${OUTPUT}/xml"
                   RESULT_VARIABLE result)
   if(NOT result EQUAL 0)
-    message(FATAL_ERROR "public names without a docstring, see above")
+    message(FATAL_ERROR "docstrings with gaps, see above")
   endif()
 endif()
 message(STATUS "${count} pages in ${OUTPUT}/html")

@@ -17,13 +17,13 @@ namespace slice2mesh {
 struct Outline {
   /// An edge with what lies on its two sides.
   struct Edge {
-    std::int32_t a = 0;          ///< vertex
-    std::int32_t b = 0;          ///< vertex
-    std::int32_t left = kNone;   ///< region on the left of a -> b, or kNone
-    std::int32_t right = kNone;  ///< region on the right, or kNone
+    std::int32_t a = 0;          ///< index of the vertex where it begins
+    std::int32_t b = 0;          ///< index of the vertex where it ends
+    std::int32_t left = kNone;   ///< index of the region on the left of a -> b, or kNone
+    std::int32_t right = kNone;  ///< index of the region on the right, or kNone
   };
   std::vector<GridPoint> vertices;  ///< #V, all different, each on an edge
-  std::vector<Edge> edges;          ///< #E
+  std::vector<Edge> edges;          ///< #E, in no order; none where the slab is empty
 
   /// True if there is nothing in the slab.
   [[nodiscard]] bool empty() const { return edges.empty(); }

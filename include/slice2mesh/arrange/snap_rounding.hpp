@@ -27,16 +27,16 @@ struct TaggedSegment {
   GridPoint from;
   /// Second end.
   GridPoint to;
-  /// The mark.
+  /// The mark: any number.
   std::int32_t tag = 0;
 };
 
 /// How often and in which direction (+1: from the lower to the higher vertex index, -1: back) pieces of a tag run over
 /// an edge.
 struct EdgeTag {
-  /// The mark of the segments.
+  /// The mark of the segments: any number.
   std::int32_t tag = 0;
-  /// Pieces in the one direction less those in the other.
+  /// Number of pieces in the one direction less that in the other.
   std::int32_t winding = 0;
 };
 
@@ -47,16 +47,17 @@ struct Arrangement {
     std::int32_t a = 0;  ///< index of the lexicographically smaller vertex
     /// Index of the other vertex.
     std::int32_t b = 0;
-    std::int32_t first_tag = 0;  ///< range [first_tag, last_tag) in `tags`
-    /// End of the range, see `first_tag`.
+    std::int32_t first_tag = 0;  ///< index in `tags`: its marks are those of [first_tag, last_tag)
+    /// Index of the end of the range, see `first_tag`.
     std::int32_t last_tag = 0;
   };
   std::vector<GridPoint> vertices;  ///< #V, lexicographically sorted, all different
   std::vector<Edge> edges;          ///< #E, sorted by (a, b), all different
-  std::vector<EdgeTag> tags;        ///< per edge, sorted by tag; pieces that cancel out keep an entry with winding 0
-  std::size_t crossings = 0;        ///< number of pairs of input segments that cross in their interiors
+  std::vector<EdgeTag> tags;  ///< entries per edge, sorted by tag; pieces that cancel out keep an entry with winding 0
+  std::size_t crossings = 0;  ///< number of pairs of input segments that cross in their interiors
 
-  /// The vertices along an input segment, ends included, in its direction; empty for a segment of zero length.
+  /// The vertices along the input segment of index `segment`, ends included, in its direction: one index per vertex;
+  /// none for a segment of zero length. Precondition: there is such a segment (not checked).
   [[nodiscard]] std::vector<std::int32_t> path(std::size_t segment) const {
     const std::int32_t k = segment_chain[segment];
     if (k == -1) return {};
@@ -66,9 +67,11 @@ struct Arrangement {
     return result;
   }
 
-  std::vector<std::int32_t> segment_chain;  ///< per input segment: chain k forward as k, backward as -2 - k, none as -1
-  std::vector<std::int32_t> chain_start;    ///< #C + 1 offsets into `chains`
-  std::vector<std::int32_t> chains;         ///< vertices along the different input segments
+  std::vector<std::int32_t>
+      segment_chain;  ///< one per input segment: index k of its chain as k, backward as -2 - k; -1: none
+  std::vector<std::int32_t> chain_start;  ///< #C + 1 offsets into `chains`
+  std::vector<std::int32_t>
+      chains;  ///< indices of vertices along the different input segments, as many as `chain_start` ends with
 };
 
 namespace detail {
@@ -348,19 +351,20 @@ namespace detail {
 
 }  // namespace detail
 
-/// End points within so many steps of another segment are taken to lie on it.
+/// End points within so many steps (of kContourStep pitches) of another segment are taken to lie on it.
 inline constexpr double kAttachSteps = 64;
 
 /// Which vertices segments are led through although they do not meet their cells.
 struct Attachment {
-  double near = 0;                ///< every segment goes through every end point this near to it; in pitches
-  std::vector<GridPoint> strong;  ///< segments with a tag below `strong_tags` also go through these points ...
-  double strong_near = 0;         ///< ... where they are this near, in pitches
-  /// See `strong`.
+  double near = 0;  ///< every segment goes through every end point this near to it; in pitches
+  std::vector<GridPoint>
+      strong;              ///< any number of points: segments with a tag below `strong_tags` go through these too ...
+  double strong_near = 0;  ///< ... where they are this near, in pitches
+  /// Limit of the tags, see `strong`.
   std::int32_t strong_tags = 0;
 };
 
-/// The snap-rounded arrangement of segments, in cells of kContourStep; zero-length segments are dropped.
+/// The snap-rounded arrangement of any number of `segments`, in cells of kContourStep; zero-length ones are dropped.
 ///
 /// An end point that lies just beside another segment makes a crossing that is rounded to a cell beside the end point's
 /// own. To keep such twins out, segments are first led through the points that `attachment` names. Precondition:

@@ -1262,7 +1262,7 @@ inline std::string read_all(std::istream& stream, const std::string& name) {
 
 }  // namespace detail
 
-/// Read a CLI file from memory, text or binary.
+/// Read a CLI file from memory: its `bytes`, text or binary.
 ///
 /// The stack holds the file's numbers (multiply by `unit` and `z_unit` for mm), layers with strictly ascending z,
 /// closed contours without the repeated last point, outer ones counter-clockwise and holes clockwise, no two equal

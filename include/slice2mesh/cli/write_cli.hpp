@@ -34,10 +34,10 @@ struct CliWriteOptions {
 /// What a written file does not say exactly.
 struct CliWriteReport {
   std::uint64_t rounded_numbers = 0;  ///< binary: numbers that are not 32-bit floats and were rounded
-  double largest_rounding = 0;        ///< mm
-  std::uint64_t lost_parameters = 0;  ///< blocks whose process parameters could not be written: binary files have no
-                                      ///< command for them, and in text a parameter cannot be unset
-  std::uint64_t bytes = 0;            ///< size of the file
+  double largest_rounding = 0;        ///< mm, the largest change of a number by its rounding
+  std::uint64_t lost_parameters = 0;  ///< number of blocks whose process parameters could not be written: binary files
+                                      ///< have no command for them, and in text a parameter cannot be unset
+  std::uint64_t bytes = 0;            ///< size of the file in bytes
 };
 
 namespace detail {

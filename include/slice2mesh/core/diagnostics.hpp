@@ -39,7 +39,7 @@ struct Diagnostic {
   std::string code;
   /// A sentence for people; may change between versions.
   std::string message;
-  std::int64_t layer = -1;     ///< from 0; -1: not one in particular
+  std::int64_t layer = -1;     ///< index in the stack, from 0; -1: not one in particular
   std::int64_t polyline = -1;  ///< index in its layer, from 0; -1: not one in particular
   std::uint64_t count = 1;     ///< how many findings of the same code this entry stands for
 };
@@ -48,7 +48,7 @@ struct Diagnostic {
 /// instead of being listed, so that the memory stays bounded on bad input.
 class Diagnostics {
 public:
-  /// Entries that are listed per code and severity.
+  /// Number of entries that are listed per code and severity.
   std::size_t per_code_limit = 20;
 
   /// Add a finding. Cost: linear in the number of entries.
@@ -67,7 +67,8 @@ public:
     }
     entries_.push_back(std::move(diagnostic));
   }
-  /// The same from its parts.
+  /// The same from its parts: `layer` and `polyline` are indices from 0 (-1: not one in particular), `count` the number
+  /// of findings that it stands for.
   void add(Severity severity, Stage stage, std::string code, std::string message, std::int64_t layer = -1,
            std::int64_t polyline = -1, std::uint64_t count = 1) {
     add(Diagnostic{severity, stage, std::move(code), std::move(message), layer, polyline, count});
@@ -77,7 +78,7 @@ public:
     for (const Diagnostic& d : other.entries_) add(d);
   }
 
-  /// The findings, in the order in which they came.
+  /// The findings, in the order in which they came: any number, at most `per_code_limit` per code and severity.
   [[nodiscard]] const std::vector<Diagnostic>& entries() const noexcept { return entries_; }
   /// True if nothing was found.
   [[nodiscard]] bool empty() const noexcept { return entries_.empty(); }

@@ -2,10 +2,7 @@
 /// @file
 /// @brief Typed errors: what the library throws when it cannot go on.
 ///
-/// Docstrings name the errors of a function. What holds everywhere is not repeated: a function that takes options
-/// throws OptionError where they are out of range, one that takes a Progress throws Cancelled, any may throw
-/// std::bad_alloc, and a GeometryError that says "this is a defect of slice2mesh" should never be seen. Apart from
-/// these, a function whose docstring names no errors throws none.
+/// Docstrings name the errors of a function; what holds everywhere is not repeated, see docs/reference.md.
 #pragma once
 
 #include <cstddef>

@@ -41,8 +41,9 @@ struct Grid {
   [[nodiscard]] double y_mm(const GridPoint& p) const { return static_cast<double>(origin_y + p.y) * pitch; }
 };
 
-/// Largest coordinate of a grid point, either sign. Contours stay within half of it, so that their differences are
-/// below 2^40, products of two below 2^81, and the predicates of arrange/exact.hpp within their 192 bits.
+/// Largest coordinate of a grid point, either sign, in pitches. Contours stay within half of it, so that their
+/// differences are below 2^40, products of two below 2^81, and the predicates of arrange/exact.hpp within their 192
+/// bits.
 inline constexpr std::int64_t kGridLimit = std::int64_t{1} << 40;
 
 /// Contour vertices lie on multiples of this many pitches; the pitches in between are for points that split contour
@@ -50,12 +51,13 @@ inline constexpr std::int64_t kGridLimit = std::int64_t{1} << 40;
 /// that are within kAttachSteps (arrange/snap_rounding.hpp) by their distance.
 inline constexpr std::int64_t kContourStep = std::int64_t{1} << 4;
 
-/// The multiple of kContourStep nearest to a coordinate (halves go up).
+/// The multiple of kContourStep nearest to a coordinate `v` in pitches (halves go up).
 [[nodiscard]] constexpr std::int64_t round_to_step(std::int64_t v) noexcept {
   return (v + kContourStep / 2) & ~(kContourStep - 1);
 }
 
-/// The contour vertex nearest to a point between a and b, at share t of the way; rounded.
+/// The contour vertex nearest to the point between `a` and `b` at the share `t` of the way, from 0 to 1 (not checked);
+/// rounded.
 [[nodiscard]] inline GridPoint contour_point_between(const GridPoint& a, const GridPoint& b, double t) noexcept {
   const auto at = [t](std::int64_t u, std::int64_t v) {
     return round_to_step(u + static_cast<std::int64_t>(t * static_cast<double>(v - u)));

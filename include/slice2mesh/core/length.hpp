@@ -11,11 +11,11 @@ struct Length {
   double value = 0;
   bool relative = false;  ///< true: multiply by the layer thickness
 
-  /// So many millimeters.
+  /// `value` mm.
   [[nodiscard]] static constexpr Length mm(double value) { return {value, false}; }
-  /// So many layer thicknesses.
+  /// `value` times the layer thickness.
   [[nodiscard]] static constexpr Length layers(double value) { return {value, true}; }
-  /// The length in mm for the layer thickness h (mm).
+  /// The length in mm for the layer thickness `h` in mm.
   [[nodiscard]] constexpr double in_mm(double h) const { return relative ? value * h : value; }
 };
 

@@ -15,8 +15,8 @@ namespace slice2mesh {
 /// A tetrahedral mesh. Arrays are dense and row-major, so that `vertices.data()->data()` is a #V by 3 array of doubles
 /// and `tets.data()->data()` a #T by 4 array of 32-bit integers.
 struct Mesh {
-  std::vector<std::array<double, 3>> vertices;    ///< #V by 3, mm
-  std::vector<std::array<std::int32_t, 4>> tets;  ///< #T by 4, positive: (b-a) x (c-a) . (d-a) > 0
+  std::vector<std::array<double, 3>> vertices;    ///< #V by 3: x, y, z in mm
+  std::vector<std::array<std::int32_t, 4>> tets;  ///< #T by 4: indices of vertices; positive: (b-a) x (c-a) . (d-a) > 0
   std::vector<std::int32_t> tet_slab;             ///< #T, index into slabs
   std::vector<std::int32_t> tet_region;           ///< #T, index into regions
   std::vector<Facet> facets;                      ///< #F labelled facets (skin, interfaces, walls), may be empty

@@ -49,7 +49,7 @@ struct Side {
 /// Horizontal: up or interface facets have their normal up, down facets down, so that the normal of a skin facet
 /// points out of the material and its `front` is empty. Inner walls have the lower region index at the back.
 struct Facet {
-  /// Indices of the corners.
+  /// Indices of the three corners, in `Plc::vertices` or `Mesh::vertices`.
   std::array<std::int32_t, 3> vertices{};
   /// What it is to the part.
   FacetLabel label = FacetLabel::Wall;
@@ -64,16 +64,17 @@ struct Facet {
 struct Plc {
   /// The grid of the positions.
   Grid grid;
-  std::vector<double> planes;                            ///< heights in mm, ascending; slab boundaries
-  std::vector<GridPoint> vertices;                       ///< #V: position in the plane
-  std::vector<std::int32_t> vertex_plane;                ///< #V: index into `planes`
-  std::vector<Facet> facets;                             ///< #F
-  std::vector<Slab> slabs;                               ///< #S
-  std::vector<std::array<std::int32_t, 2>> slab_planes;  ///< #S by 2: bottom and top plane of each slab
-  std::vector<Region> regions;                           ///< #R
-  bool has_inner_faces = true;                           ///< false: outer skin alone
+  std::vector<double> planes;              ///< #P: heights in mm, ascending; boundaries of the slabs
+  std::vector<GridPoint> vertices;         ///< #V: position in its plane, in pitches of `grid`
+  std::vector<std::int32_t> vertex_plane;  ///< #V: index into `planes`
+  std::vector<Facet> facets;               ///< #F
+  std::vector<Slab> slabs;                 ///< #S
+  std::vector<std::array<std::int32_t, 2>>
+      slab_planes;              ///< #S by 2: indices of the bottom and the top plane of each slab
+  std::vector<Region> regions;  ///< #R
+  bool has_inner_faces = true;  ///< false: outer skin alone
 
-  /// Coordinates of a vertex in mm, exact.
+  /// Coordinates x, y, z in mm of the vertex of index `vertex`, exact. Precondition: there is one (not checked).
   [[nodiscard]] std::array<double, 3> position(std::size_t vertex) const {
     return {grid.x_mm(vertices[vertex]), grid.y_mm(vertices[vertex]),
             planes[static_cast<std::size_t>(vertex_plane[vertex])]};

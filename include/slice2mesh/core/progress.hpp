@@ -14,7 +14,8 @@ namespace slice2mesh {
 /// throws `Cancelled`. An empty function means nobody listens.
 using Progress = std::function<bool(Stage stage, double share)>;
 
-/// Report and, if the listener wants to stop, throw `Cancelled`.
+/// Report that the share `share` of a stage is done, from 0 to 1. Errors: Cancelled if the listener wants to stop, and
+/// what it throws.
 inline void report(const Progress& progress, Stage stage, double share) {
   if (progress && !progress(stage, share)) throw Cancelled(stage);
 }

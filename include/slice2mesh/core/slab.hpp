@@ -8,14 +8,14 @@
 
 namespace slice2mesh {
 
-/// "nothing here": outside of every slab or region.
+/// The index that stands for "nothing here": outside of every slab or region.
 inline constexpr std::int32_t kNone = -1;
 
 /// One slab: the volume between two consecutive planes that a slice (or a bundle of slices) fills, or a layer of the
 /// base plate below the first slice.
 struct Slab {
-  double z_low = 0;              ///< mm
-  double z_high = 0;             ///< mm, above z_low
+  double z_low = 0;              ///< mm, height of its bottom
+  double z_high = 0;             ///< mm, height of its top, above z_low
   std::int32_t first_layer = 0;  ///< index into SliceStack::layers of the first slice of the bundle
   std::int32_t last_layer = 0;   ///< index of the last one (inclusive)
   std::int32_t slice = 0;        ///< index of the slice that represents the bundle

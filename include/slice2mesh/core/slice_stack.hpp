@@ -14,9 +14,9 @@ namespace slice2mesh {
 
 /// A point in the plane.
 struct Point2 {
-  /// In the units of whoever holds the point.
+  /// In mm or in file units, as its owner says.
   double x = 0;
-  /// In the units of whoever holds the point.
+  /// In mm or in file units, as its owner says.
   double y = 0;
   friend bool operator==(const Point2& a, const Point2& b) { return a.x == b.x && a.y == b.y; }
   friend bool operator!=(const Point2& a, const Point2& b) { return !(a == b); }
@@ -33,8 +33,8 @@ enum class Direction : std::uint8_t {
 struct ProcessParameters {
   std::optional<double> power;      ///< W
   std::optional<double> speed;      ///< mm/s
-  std::optional<double> focus;      ///< as in the file
-  std::optional<double> spot_size;  ///< as in the file
+  std::optional<double> focus;      ///< in the unit of whoever wrote the file, which the format does not fix
+  std::optional<double> spot_size;  ///< in the unit of whoever wrote the file, which the format does not fix
   friend bool operator==(const ProcessParameters& a, const ProcessParameters& b) {
     return a.power == b.power && a.speed == b.speed && a.focus == b.focus && a.spot_size == b.spot_size;
   }
@@ -45,7 +45,7 @@ struct Polyline {
   std::int32_t part = 0;  ///< part id
   /// What it bounds.
   Direction direction = Direction::Outer;
-  std::vector<Point2> points;  ///< in file units
+  std::vector<Point2> points;  ///< #P, in file units
   /// Process parameters.
   ProcessParameters process;
   friend bool operator==(const Polyline& a, const Polyline& b) {
@@ -57,7 +57,7 @@ struct Polyline {
 struct Hatches {
   /// Part id.
   std::int32_t part = 0;
-  std::vector<std::array<Point2, 2>> lines;  ///< start and end, in file units
+  std::vector<std::array<Point2, 2>> lines;  ///< #H by 2: start and end, in file units
   /// Process parameters.
   ProcessParameters process;
   friend bool operator==(const Hatches& a, const Hatches& b) {
@@ -68,9 +68,9 @@ struct Hatches {
 /// One slice. Its z is the file's number; where it lies in the layer is decided by `make_slabs`.
 struct Layer {
   double z = 0;  ///< in file units
-  /// Contours and open lines, in the order of the file.
+  /// Contours and open lines: any number, in the order of the file.
   std::vector<Polyline> polylines;
-  /// Blocks of hatch lines, in the order of the file.
+  /// Blocks of hatch lines: any number, in the order of the file.
   std::vector<Hatches> hatches;
   friend bool operator==(const Layer& a, const Layer& b) {
     return a.z == b.z && a.polylines == b.polylines && a.hatches == b.hatches;
@@ -82,10 +82,10 @@ struct Layer {
 struct SliceStack {
   double unit = 1;             ///< mm per unit of x and y, > 0
   double z_unit = 1;           ///< mm per unit of z, > 0 (differs from `unit` only for writers that give z in mm)
-  std::optional<int> version;  ///< as in the file: 200 is 2.00
-  std::optional<int> date;     ///< as in the file
+  std::optional<int> version;  ///< a hundred times the number of the version, as in the file: 200 is 2.00
+  std::optional<int> date;     ///< as in the file: a number of the form DDMMYY
   std::optional<std::array<double, 6>> dimension;  ///< mm: x1 y1 z1 x2 y2 z2, as in the file
-  std::map<std::int32_t, std::string> labels;      ///< names of part ids
+  std::map<std::int32_t, std::string> labels;      ///< names, by part id
   /// #L, lowest first.
   std::vector<Layer> layers;
   std::string source;  ///< file name, for messages; not compared

@@ -18,8 +18,9 @@
 
 namespace slice2mesh {
 
-/// Time at which every tet comes to life, #T: `time(slab, tet)`, a function of the slab's index and the tet's index.
-/// Cost: linear.
+/// Time at which every tet comes to life, #T: `time(slab, tet)`, a function of the slab's index and the tet's index, in
+/// its units (s where a writer is given them). Precondition: `tet_slab` is as long as `tets` (not checked). Errors:
+/// what `time` throws. Cost: linear.
 template <class TimeOfTet>
 [[nodiscard]] std::vector<double> activation_times(const Mesh& mesh, TimeOfTet time) {
   std::vector<double> times(mesh.tets.size());
@@ -35,7 +36,7 @@ template <class TimeOfTet>
   return count;
 }
 
-/// Time at which every tet comes to life, #T: number of its layer (from 0) times the time per layer (s, finite, >= 0).
+/// Time at which every tet comes to life, #T, s: number of its layer (from 0) times `time_per_layer` (s, finite, >= 0).
 /// The base plate is there from the beginning, as the first layer is.
 /// Errors: OptionError. Cost: linear.
 [[nodiscard]] inline std::vector<double> activation_time(const Mesh& mesh, double time_per_layer) {
@@ -49,8 +50,8 @@ template <class TimeOfTet>
 /// What an element belongs to besides its slab and region.
 struct ElementLabels {
   std::int32_t layer = 0;         ///< index of the slab, from 0
-  std::int32_t bundle_first = 0;  ///< first and last slice of the file that the slab stands for; kNone: base plate
-  /// See `bundle_first`.
+  std::int32_t bundle_first = 0;  ///< index of the first slice of the file that the slab stands for; kNone: base plate
+  /// Index of the last one (inclusive), or kNone.
   std::int32_t bundle_last = 0;
   std::int32_t part = 0;    ///< part id of the file
   std::int32_t region = 0;  ///< index of the region
@@ -58,7 +59,8 @@ struct ElementLabels {
   RegionKind kind = RegionKind::Part;
 };
 
-/// The labels of a tet. Precondition: the arrays of the mesh fit together.
+/// The labels of the tet of index `tet`. Precondition: there is one, and the arrays of the mesh fit together (not
+/// checked).
 [[nodiscard]] inline ElementLabels element_labels(const Mesh& mesh, std::size_t tet) {
   const Slab& slab = mesh.slabs[static_cast<std::size_t>(mesh.tet_slab[tet])];
   const Region& region = mesh.regions[static_cast<std::size_t>(mesh.tet_region[tet])];
@@ -110,7 +112,7 @@ public:
 
   /// Number of slabs.
   [[nodiscard]] std::size_t size() const noexcept { return offsets_.size() - 1; }
-  /// The domain after slab k. Precondition: 0 <= k < size().
+  /// The domain after the slab of index `k`. Precondition: 0 <= k < size() (not checked).
   [[nodiscard]] GrowingDomain operator[](std::size_t k) const {
     const std::int32_t* const first = order_.data();
     return {
@@ -124,13 +126,13 @@ public:
     using iterator_category = std::input_iterator_tag;  // its values are made on the way
     /// What it gives.
     using value_type = GrowingDomain;
-    /// Unused; asked for by the standard library.
+    /// A number of slabs. Unused; asked for by the standard library.
     using difference_type = std::ptrdiff_t;
     /// Unused; asked for by the standard library.
     using pointer = const GrowingDomain*;
     /// What it gives, by value.
     using reference = GrowingDomain;
-    /// At the domain after slab k.
+    /// At the domain after the slab of index `k`.
     Iterator(const GrowingDomains& domains, std::size_t k) : domains_(&domains), k_(k) {}
     /// The domain.
     [[nodiscard]] GrowingDomain operator*() const { return (*domains_)[k_]; }
@@ -171,17 +173,17 @@ private:
 /// The mesh of some layers, with its own numbering.
 struct SubMesh {
   Mesh mesh;                                  ///< slab i is slab `first_slab` + i of the whole; regions are kept
-  std::int32_t first_slab = 0;                ///< of the whole mesh
+  std::int32_t first_slab = 0;                ///< index in the whole mesh
   std::vector<std::int32_t> vertex_in_whole;  ///< #V of the sub-mesh: index in the whole mesh
   std::vector<std::int32_t> tet_in_whole;     ///< #T of the sub-mesh: index in the whole mesh
   std::vector<std::int32_t> vertex_in_sub;    ///< #V of the whole mesh: index in the sub-mesh or kNone
 };
 
-/// The sub-mesh of slabs first..last (inclusive). Vertices and tets keep their order; vertices of no tet are left out.
-/// Facets are kept where all their vertices are; a side of a facet outside the range becomes empty, and a facet with
-/// both sides outside is left out. Labels and orientation of facets stay those of the whole.
-/// Errors: Error (Stage::Fem) for a range that is not within the slabs or arrays that do not fit together.
-/// Cost: linear in the whole mesh.
+/// The sub-mesh of the slabs of index `first` to `last` (inclusive). Vertices and tets keep their order; vertices of no
+/// tet are left out. Facets are kept where all their vertices are; a side of a facet outside the range becomes empty,
+/// and a facet with both sides outside is left out. Labels and orientation of facets stay those of the whole. Errors:
+/// Error (Stage::Fem) for a range that is not within the slabs or arrays that do not fit together. Cost: linear in the
+/// whole mesh.
 [[nodiscard]] inline SubMesh layers_of(const Mesh& mesh, std::int32_t first, std::int32_t last) {
   detail::check_mesh_arrays(mesh, Stage::Fem);
   if (first < 0 || last < first || static_cast<std::size_t>(last) >= mesh.slabs.size())

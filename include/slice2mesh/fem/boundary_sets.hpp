@@ -22,13 +22,14 @@ namespace slice2mesh {
 struct TetFace {
   /// Index of the tet.
   std::int32_t tet = 0;
-  std::int32_t face = 0;  ///< 0 to 3
+  std::int32_t face = 0;  ///< index of the face: 0 to 3
   friend bool operator==(const TetFace& a, const TetFace& b) { return a.tet == b.tet && a.face == b.face; }
   friend bool operator!=(const TetFace& a, const TetFace& b) { return !(a == b); }
   friend bool operator<(const TetFace& a, const TetFace& b) { return a.tet != b.tet ? a.tet < b.tet : a.face < b.face; }
 };
 
-/// Local vertices of face f (opposite to vertex f); the normal points out of a positive tet.
+/// 4 by 3: indices (0 to 3) of the vertices of face f, which is opposite to vertex f; the normal points out of a
+/// positive tet.
 inline constexpr std::array<std::array<std::size_t, 3>, 4> kTetFaceVertices = {
     {{{1, 2, 3}}, {{0, 3, 2}}, {{0, 1, 3}}, {{0, 2, 1}}}};
 
@@ -63,21 +64,21 @@ inline constexpr std::size_t kBoundaryKinds = 7;
 /// A face that is exposed at some time of the print.
 struct GrowthFace {
   TetFace face;                  ///< on the side of the earlier tet
-  std::int32_t born = 0;         ///< slab whose deposition exposes it
-  std::int32_t covered = kNone;  ///< slab whose deposition covers it again; kNone: exposed to the end
+  std::int32_t born = 0;         ///< index of the slab whose deposition exposes it
+  std::int32_t covered = kNone;  ///< index of the slab whose deposition covers it again; kNone: exposed to the end
 };
 
 /// What `boundary_sets` finds. Every list is in ascending order of tet and face within its set or slab.
 struct BoundarySets {
-  std::array<std::vector<TetFace>, kBoundaryKinds> sets;  ///< by BoundaryKind
-  std::vector<GrowthFace> growth;                         ///< all faces ever exposed, ordered by `born`
+  std::array<std::vector<TetFace>, kBoundaryKinds> sets;  ///< 7 lists, by BoundaryKind: any number of faces
+  std::vector<GrowthFace> growth;                         ///< #G: all faces ever exposed, ordered by `born`
   std::vector<std::size_t> born_begin;  ///< #S+1: faces born with slab k are growth[born_begin[k] .. born_begin[k+1])
-  std::vector<std::size_t> covered;     ///< indices into growth of the faces that get covered, ordered by slab
+  std::vector<std::size_t> covered;     ///< #C: indices into growth of the faces that get covered, ordered by slab
   std::vector<std::size_t> covered_begin;  ///< #S+1: slab k covers covered[covered_begin[k] .. covered_begin[k+1])
   std::vector<double> exposed_area;        ///< #S, mm^2: area exposed when slab k is the last one, bottom included
   std::vector<double> volume;              ///< #S, mm^3: volume of slabs 0..k
 
-  /// The faces of one set.
+  /// The faces of one set: any number.
   [[nodiscard]] const std::vector<TetFace>& of(BoundaryKind kind) const { return sets[static_cast<std::size_t>(kind)]; }
 };
 
@@ -113,8 +114,8 @@ inline void check_mesh_arrays(const Mesh& mesh, Stage stage) {
 
 }  // namespace detail
 
-/// Vertices of a face; the normal (right-hand rule) points out of its tet. Precondition: the face is one of the mesh
-/// (not checked, as with the next three functions).
+/// Indices of the three vertices of a face; the normal (right-hand rule) points out of its tet. Precondition: the face
+/// is one of the mesh (not checked, as with the next three functions).
 [[nodiscard]] inline std::array<std::int32_t, 3> face_vertices(const Mesh& mesh, const TetFace& f) {
   const std::array<std::int32_t, 4>& tet = mesh.tets[static_cast<std::size_t>(f.tet)];
   const std::array<std::size_t, 3>& local = kTetFaceVertices[static_cast<std::size_t>(f.face)];
@@ -131,7 +132,7 @@ inline void check_mesh_arrays(const Mesh& mesh, Stage stage) {
   return std::sqrt(detail::dot(n, n)) / 2;
 }
 
-/// Volume of a tet, mm^3, positive for a positive tet.
+/// Volume of the tet of index `tet`, mm^3, positive for a positive tet.
 [[nodiscard]] inline double tet_volume(const Mesh& mesh, std::size_t tet) {
   const std::array<double, 3>& o = detail::vertex_of(mesh, tet, 0);
   return detail::dot(detail::cross(detail::difference(detail::vertex_of(mesh, tet, 1), o),
@@ -140,15 +141,15 @@ inline void check_mesh_arrays(const Mesh& mesh, Stage stage) {
          6;
 }
 
-/// Total area of faces, mm^2. Cost: linear.
+/// Total area of `faces` (any number), mm^2. Cost: linear.
 [[nodiscard]] inline double area_of(const Mesh& mesh, const std::vector<TetFace>& faces) {
   detail::CompensatedSum sum;
   for (const TetFace& f : faces) sum.add(face_area(mesh, f));
   return sum.value();
 }
 
-/// Neighbors of all tets, #T by 4: the tet beyond face f (opposite to vertex f), or kNone on the boundary.
-/// Throws Error (Stage::Fem) if a face has more than two tets or an array of the mesh does not fit.
+/// Neighbors of all tets, #T by 4: index of the tet beyond face f (opposite to vertex f), or kNone on the boundary.
+/// Errors: Error (Stage::Fem) if a face has more than two tets or an array of the mesh does not fit.
 /// Cost: linear in #T; 64 bytes per tet while it runs.
 [[nodiscard]] inline std::vector<std::array<std::int32_t, 4>> tet_neighbors(const Mesh& mesh) {
   detail::check_mesh_arrays(mesh, Stage::Fem);
@@ -214,7 +215,7 @@ inline void check_mesh_arrays(const Mesh& mesh, Stage stage) {
 /// j < k is exposed from the deposition of j to that of k.
 ///
 /// Precondition: every tet is positive and lies in its slab (the certificate checks it).
-/// Throws Error (Stage::Fem) if the arrays of the mesh do not fit together or a face has more than two tets.
+/// Errors: Error (Stage::Fem) if the arrays of the mesh do not fit together or a face has more than two tets.
 /// Cost: linear in #T.
 [[nodiscard]] inline BoundarySets boundary_sets(const Mesh& mesh) {
   const std::vector<std::array<std::int32_t, 4>> neighbors = tet_neighbors(mesh);
@@ -295,8 +296,9 @@ inline void check_mesh_arrays(const Mesh& mesh, Stage stage) {
   return result;
 }
 
-/// Faces exposed when slab k is the last one deposited (the moving surface for convection and radiation).
-/// Throws Error (Stage::Fem) if there is no such slab. Cost: linear in the faces born up to k.
+/// Faces exposed when the slab of index `k` is the last one deposited (the moving surface for convection and
+/// radiation): any number, by the slab that exposes them. Errors: Error (Stage::Fem) if there is no such slab. Cost:
+/// linear in the faces born up to k.
 [[nodiscard]] inline std::vector<TetFace> exposed_faces(const BoundarySets& sets, std::int32_t k) {
   if (k < 0 || static_cast<std::size_t>(k) + 1 >= sets.born_begin.size())
     throw Error(Stage::Fem, "there is no slab " + std::to_string(k));
@@ -306,8 +308,8 @@ inline void check_mesh_arrays(const Mesh& mesh, Stage stage) {
   return faces;
 }
 
-/// Faces that the deposition of slab k covers, seen from below.
-/// Throws Error (Stage::Fem) if there is no such slab. Cost: linear in the result.
+/// Faces that the deposition of the slab of index `k` covers, seen from below: any number.
+/// Errors: Error (Stage::Fem) if there is no such slab. Cost: linear in the result.
 [[nodiscard]] inline std::vector<TetFace> covered_faces(const BoundarySets& sets, std::int32_t k) {
   if (k < 0 || static_cast<std::size_t>(k) + 1 >= sets.covered_begin.size())
     throw Error(Stage::Fem, "there is no slab " + std::to_string(k));
@@ -318,8 +320,8 @@ inline void check_mesh_arrays(const Mesh& mesh, Stage stage) {
   return faces;
 }
 
-/// Faces that the deposition of slab k newly exposes (part of them until the next slab covers them).
-/// Throws Error (Stage::Fem) if there is no such slab. Cost: linear in the result.
+/// Faces that the deposition of the slab of index `k` newly exposes (part of them until the next slab covers them): any
+/// number. Errors: Error (Stage::Fem) if there is no such slab. Cost: linear in the result.
 [[nodiscard]] inline std::vector<TetFace> born_faces(const BoundarySets& sets, std::int32_t k) {
   if (k < 0 || static_cast<std::size_t>(k) + 1 >= sets.born_begin.size())
     throw Error(Stage::Fem, "there is no slab " + std::to_string(k));

@@ -13,11 +13,11 @@
 
 namespace slice2mesh {
 
-/// #V by 3 doubles, row-major, mm.
+/// #V by 3 doubles, row-major: x, y, z in mm.
 using VertexMatrix = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
-/// #T by 4 indices, row-major.
+/// #T by 4 indices of vertices, row-major.
 using TetMatrix = Eigen::Matrix<std::int32_t, Eigen::Dynamic, 4, Eigen::RowMajor>;
-/// #T labels.
+/// #T indices of slabs or regions.
 using LabelVector = Eigen::Matrix<std::int32_t, Eigen::Dynamic, 1>;
 
 static_assert(sizeof(std::array<double, 3>) == 3 * sizeof(double), "the views need dense rows");
@@ -41,7 +41,8 @@ static_assert(sizeof(std::array<std::int32_t, 4>) == 4 * sizeof(std::int32_t), "
 [[nodiscard]] inline Eigen::Map<TetMatrix> tet_view(Mesh& mesh) {
   return {mesh.tets.empty() ? nullptr : mesh.tets.data()->data(), static_cast<Eigen::Index>(mesh.tets.size()), 4};
 }
-/// Labels (tet_slab, tet_region) as a vector that shares their memory: valid until they are resized or gone.
+/// `labels` (tet_slab, tet_region: #T indices) as a vector of #T that shares their memory: valid until they are resized
+/// or gone.
 [[nodiscard]] inline Eigen::Map<const LabelVector> label_view(const std::vector<std::int32_t>& labels) {
   return {labels.data(), static_cast<Eigen::Index>(labels.size())};
 }

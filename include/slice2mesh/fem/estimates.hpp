@@ -44,20 +44,20 @@ struct SlicingEstimates {
 
 /// A slice of the finer slicing that slabs are compared with.
 struct FinerSlice {
-  double z_low = 0;   ///< mm
-  double z_high = 0;  ///< mm
+  double z_low = 0;   ///< mm, height of its bottom
+  double z_high = 0;  ///< mm, height of its top
   double area = 0;    ///< mm^2, of the part
 };
 
 /// Estimate the staircase error and the volume loss of every layer from the complex alone.
 ///
 /// Volume loss against the next finer slicing: a slab that stands for several slices of the file is compared with these
-/// (`finer`, those whose middle lies in the slab). A slab that is one slice is compared with two of half its thickness,
-/// which the file does not have: their areas are taken from the parabola through the areas of the slab and its two
-/// neighbors at their middles, which gives h/2 f'' (h/4)^2; where a neighbor is missing, 0.
+/// (`finer`: any number, in any order; those whose middle lies in the slab). A slab that is one slice is compared with
+/// two of half its thickness, which the file does not have: their areas are taken from the parabola through the areas
+/// of the slab and its two neighbors at their middles, which gives h/2 f'' (h/4)^2; where a neighbor is missing, 0.
 /// Real horizontal faces (tops, ledges) cannot be told from steps of a slope: they count as steps, but for the top and
 /// the bottom of the part and of pieces with a gap above or below.
-/// Precondition: the complex has its inner faces (Error, Stage::Fem, otherwise).
+/// Precondition: `verify_plc` passes (not checked). Errors: Error (Stage::Fem) if the complex has no inner faces.
 /// Cost: linear in the facets and the finer slices.
 [[nodiscard]] inline SlicingEstimates estimate_slicing(const Plc& plc, const std::vector<FinerSlice>& finer = {}) {
   if (!plc.has_inner_faces) throw Error(Stage::Fem, "estimates need the inner faces of the complex");

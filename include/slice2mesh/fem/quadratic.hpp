@@ -16,17 +16,19 @@
 
 namespace slice2mesh {
 
-/// The edges of a tet in the order of VTK, Abaqus and Exodus: corners of edge i, which has node 4 + i. Gmsh has the
-/// last two the other way round.
+/// 6 by 2: the edges of a tet in the order of VTK, Abaqus and Exodus: indices (0 to 3) of the corners of edge i, which
+/// has node 4 + i. Gmsh has the last two the other way round.
 inline constexpr std::array<std::array<std::size_t, 2>, 6> kQuadraticEdges = {
     {{{0, 1}}, {{1, 2}}, {{0, 2}}, {{0, 3}}, {{1, 3}}, {{2, 3}}}};
 
 /// What turns a mesh into one of tets of ten nodes: the vertices stay nodes 0 .. #V-1, edge e has node #V + e.
 struct QuadraticNodes {
-  std::vector<std::array<std::int32_t, 2>> edges;      ///< #E by 2, vertices, the smaller one first; ascending
-  std::vector<std::array<std::int32_t, 6>> tet_edges;  ///< #T by 6, edges of every tet in the order of kQuadraticEdges
+  std::vector<std::array<std::int32_t, 2>> edges;  ///< #E by 2: indices of vertices, the smaller one first; ascending
+  std::vector<std::array<std::int32_t, 6>>
+      tet_edges;  ///< #T by 6: indices of the edges of every tet, in the order of kQuadraticEdges
 
-  /// Middle of an edge, mm. Edges are straight; the middle of a horizontal one is exactly at its height.
+  /// Middle of the edge of index `edge`: x, y, z in mm. Edges are straight; the middle of a horizontal one is exactly
+  /// at its height. Precondition: the mesh is the one that was numbered, and has such an edge (not checked).
   [[nodiscard]] std::array<double, 3> middle(const Mesh& mesh, std::size_t edge) const {
     const std::array<double, 3>& a = mesh.vertices[static_cast<std::size_t>(edges[edge][0])];
     const std::array<double, 3>& b = mesh.vertices[static_cast<std::size_t>(edges[edge][1])];

@@ -28,8 +28,8 @@ namespace slice2mesh {
 
 /// Options of harmonization, in mm.
 struct HarmonizeOptions {
-  double eps = 0;           ///< largest deviation from the input, both ways; 0: exact mode, contours stay as they are
-  double contour_size = 0;  ///< longest edge of a contour; 0: no limit
+  double eps = 0;  ///< mm, >= 0: largest deviation from the input, both ways; 0: exact mode, contours stay as they are
+  double contour_size = 0;  ///< mm, >= 0: longest edge of a contour; 0: no limit
   /// Merge contour vertices that are close, in all slabs (with eps and contour_size above 0).
   bool merge_columns = true;
 };
@@ -169,8 +169,8 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
 /// Postcondition: the deviation of every slab from its input, measured both ways, is at most eps. A slab for which the
 /// usual shares of eps would exceed that is done again with smaller ones, in the end with its input as it is.
 /// With eps = 0 (exact mode) only pockets below the smallest tolerance are closed, 2^-20 of the extent. Slabs that do
-/// not touch the slab below start anew. Errors: OptionError for an eps that is not finite and 0 or more, GeometryError
-/// for a defect of this function; Cancelled, or whatever `progress` throws. Cost: O(n log n) per slab.
+/// not touch the slab below start anew. Errors: OptionError for an eps that is not finite and 0 or more; Cancelled, or
+/// whatever `progress` throws. Cost: O(n log n) per slab.
 [[nodiscard]] inline Contours harmonize(const LayerRegions& input, const HarmonizeOptions& options,
                                         Diagnostics& diagnostics, const Progress& progress = {}) {
   if (!(options.eps >= 0) || !std::isfinite(options.eps))

@@ -216,7 +216,8 @@ struct SeparationCollector {
 /// The figures between the two contours of one plane: of the pairs in its overlay, crossings and splits included, that
 /// neither contour makes by itself. A pair is a contour's own if both are vertices of that contour, or lie on parts of
 /// it that are not next to each other; two edges that meet at a vertex, if both are of that contour.
-/// `plane_index` is for the places found. Needs overlay, images and paths of the plane alone. Cost: O(n log n).
+/// `plane_index`, the index of the plane from the lowest one, is for the places found. Needs overlay, images and paths
+/// of the plane alone. Cost: O(n log n).
 [[nodiscard]] inline SeparationFigures separation_between(const Contours& contours, const InterfacePlane& plane,
                                                           std::int32_t plane_index) {
   using detail::OutlineItem;
@@ -300,7 +301,8 @@ struct SeparationCollector {
 }
 
 /// Puts what is below the aims into the diagnostics, as notes: one `thin_feature` per slice whose own contour has
-/// something thin, one `contours_close` per plane. `count` is the number of pairs and angles.
+/// something thin, one `contours_close` per plane. `count` is the number of pairs and angles. `slabs`: #S, those of the
+/// contours that were measured (not checked).
 inline void note_separation(const SeparationReport& report, const std::vector<Slab>& slabs, Diagnostics& diagnostics) {
   const auto note = [&](const SeparationFigures& figures, const char* code, const char* what, std::int32_t slice) {
     if (figures.below_aim() == 0) return;

@@ -27,12 +27,12 @@ namespace slice2mesh {
 
 /// One step of a time series: the print after the deposition of a layer.
 struct PvdFrame {
-  std::int32_t slab = 0;  ///< the last one deposited
+  std::int32_t slab = 0;  ///< index of the last one deposited
   double time = 0;        ///< s, or the number of the layer where the options give no times
   std::string file;       ///< name of the VTU file, as the collection has it
 };
 
-/// The steps of the print, one per slab that has elements, from below; the base plate is part of the first one. The
+/// The steps of the print: one per slab that has elements, from below; the base plate is part of the first one. The
 /// time of a step is the latest at which an element of it comes to life: with `time_per_layer` the number of the layer
 /// times that, with `activation` the largest of its values so far, with neither the number of the layer (from 0).
 /// `folder` goes before the names of the files. Errors: Error (Stage::Fem) if the arrays of the mesh do not fit
@@ -67,8 +67,8 @@ struct PvdFrame {
   return frames;
 }
 
-/// Write the collection alone: the times and names of the steps. The state of the stream tells whether everything was
-/// taken.
+/// Write the collection alone: the times and names of `frames`, one per step. The state of the stream tells whether
+/// everything was taken.
 inline void write_pvd(std::ostream& out, const std::vector<PvdFrame>& frames) {
   detail::OutputBuffer buffer(out);
   buffer.text("<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"")

@@ -54,7 +54,8 @@ inline void write_tetgen_elements(std::ostream& out, const Mesh& mesh) {
 }
 
 /// Write a mesh as `<stem>.node` and `<stem>.ele`; `path` names either of them. Both are complete before the first
-/// takes its place. Errors: those of the stream versions, FileError (also for another extension).
+/// takes its place. Errors: those of `write_tetgen_nodes` and `write_tetgen_elements`; FileError (also for
+/// another extension).
 inline void write_tetgen(const std::string& path, const Mesh& mesh) {
   const std::string extension = detail::extension(path);
   if (extension != "node" && extension != "ele") throw FileError(Stage::Write, path, "must end in .node or .ele");

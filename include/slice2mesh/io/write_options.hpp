@@ -18,11 +18,11 @@ struct InpStepOptions {
   double conductivity = 20;                 ///< mW/(mm K), > 0
   double density = 8e-9;                    ///< t/mm^3, > 0
   double specific_heat = 5e8;               ///< mJ/(t K), > 0
-  double initial_temperature = 1500;        ///< of each layer when it comes to life
+  double initial_temperature = 1500;        ///< K, of each layer when it comes to life
   double film_coefficient = 0.05;           ///< mW/(mm^2 K), >= 0, over the surface exposed in each step
-  double sink_temperature = 300;            ///< of the surroundings
-  std::optional<double> base_temperature;   ///< if set, the nodes of the bottom are held at it
-  std::optional<double> plate_temperature;  ///< of the base plate at the beginning; unset: `sink_temperature`
+  double sink_temperature = 300;            ///< K, of the surroundings
+  std::optional<double> base_temperature;   ///< K; if set, the nodes of the bottom are held at it
+  std::optional<double> plate_temperature;  ///< K, of the base plate at the beginning; unset: `sink_temperature`
 };
 
 /// What the mesh writers can be told. A field that a format has no use for is ignored by it.

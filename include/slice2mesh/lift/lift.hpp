@@ -20,19 +20,20 @@ namespace slice2mesh {
 /// where vertex v of the slab below comes to lie, `below_path[e]` are the splits of its edge e at the slab's top;
 /// `above_*` the same for the slab above and its bottom.
 struct InterfacePlane {
-  double z = 0;  ///< mm
-  /// Index, or kNone.
+  double z = 0;  ///< mm, its height
+  /// Index of the slab below, or kNone.
   std::int32_t slab_below = kNone;
-  /// Index, or kNone.
+  /// Index of the slab above, or kNone.
   std::int32_t slab_above = kNone;
   Arrangement overlay;                     ///< vertices and edges of both contours
   std::vector<std::array<Side, 2>> left;   ///< #E by 2: cell below and cell above the face on the left of edge a -> b
   std::vector<std::array<Side, 2>> right;  ///< #E by 2: the same on the right
-  std::vector<std::int32_t> below_image;   ///< #V of the outline below: vertex of the overlay
-  /// #V of the outline above: vertex of the overlay.
+  std::vector<std::int32_t> below_image;   ///< #V of the outline below: index of the vertex of the overlay
+  /// #V of the outline above: index of the vertex of the overlay.
   std::vector<std::int32_t> above_image;
-  std::vector<std::vector<std::int32_t>> below_path;  ///< #E of the outline below: vertices of the overlay from a to b
-  /// #E of the outline above: vertices of the overlay from a to b.
+  std::vector<std::vector<std::int32_t>>
+      below_path;  ///< #E of the outline below: indices of vertices of the overlay, a to b
+  /// #E of the outline above: indices of vertices of the overlay, a to b.
   std::vector<std::vector<std::int32_t>> above_path;
 };
 
@@ -42,8 +43,9 @@ struct InterfacePlane {
   return above.slab == kNone ? FacetLabel::Up : FacetLabel::Interface;
 }
 
-/// The planes of a stack of slabs, lowest first: N + 1 where all slabs touch, two for each gap.
-/// `slab_planes` gets the bottom and top plane of each slab.
+/// The planes of a stack of `slabs` (#S, lowest first): #P by 2, indices of the slab below and the slab above (kNone:
+/// none), lowest first; #S + 1 where all slabs touch, one more for each gap. `slab_planes` becomes #S by 2: indices of
+/// the bottom and the top plane of each slab. Cost: linear.
 [[nodiscard]] inline std::vector<std::pair<std::int32_t, std::int32_t>> plane_slabs(
     const std::vector<Slab>& slabs, std::vector<std::array<std::int32_t, 2>>& slab_planes) {
   std::vector<std::pair<std::int32_t, std::int32_t>> planes;  // slab below, slab above
@@ -102,9 +104,9 @@ namespace detail {
 
 }  // namespace detail
 
-/// The overlay of the plane between two slabs (kNone: none on that side; not both). A pure function of the two
-/// contours. Preconditions: they are those of `harmonize`, and the indices are slabs of theirs (not checked). Cost: O(n
-/// log n).
+/// The overlay of the plane between the slabs of index `slab_below` and `slab_above` (kNone: none on that side; not
+/// both). A pure function of the two contours. Preconditions: they are those of `harmonize`, and the indices are slabs
+/// of theirs (not checked). Cost: O(n log n).
 [[nodiscard]] inline InterfacePlane lift(const Contours& contours, std::int32_t slab_below, std::int32_t slab_above) {
   InterfacePlane plane = detail::lift_edges(contours, slab_below, slab_above);
   const auto regions = static_cast<std::int32_t>(contours.regions.size());

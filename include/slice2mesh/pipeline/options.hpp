@@ -38,7 +38,7 @@ enum class ZConvention : std::uint8_t {
 struct SlabOptions {
   /// Where the z of a slice lies.
   ZConvention z_convention = ZConvention::Auto;
-  std::int32_t lump = 1;  ///< bundles of so many slices become one slab, >= 1; the middle slice stands for the bundle
+  std::int32_t lump = 1;        ///< number of slices that become one slab, >= 1; the middle one stands for the bundle
   double lump_thickness = 0;    ///< mm; if > 0, slices are bundled up to this thickness instead of by number
   bool with_open_lines = true;  ///< a slice that has only open lines counts as filled
   double thickness = 0;         ///< mm, of a stack of one slice; 0: taken from its z
@@ -59,7 +59,7 @@ enum class LineJoin : std::uint8_t {
 /// From open lines to areas.
 struct ThickenOptions {
   Length radius = Length::mm(0);  ///< half the width of a support line; 0: supports are left out
-  /// Half the width of the lines of single part ids, in place of `radius`; 0: they are left out.
+  /// Half the width of the lines, by part id, in place of `radius`; 0: they are left out.
   std::map<std::int32_t, Length> part_radius;
   /// If set, half the width of each line, in place of both: of an open polyline as it is in the stack (points in file
   /// units) and the index of its layer there. The same for the same line, whenever it is asked; 0: the line is left
@@ -88,7 +88,7 @@ struct BasePlateOptions {
   Length margin = Length::layers(10);  ///< how far it reaches beyond the part, at least 2 eps and above 0
   /// What the plate follows.
   BasePlateShape shape = BasePlateShape::Box;
-  std::int32_t slabs = 0;  ///< slabs of equal height that it is made of; 0: higher ones the deeper they lie
+  std::int32_t slabs = 0;  ///< number of slabs of equal height, >= 0; 0: higher ones the deeper they lie
 };
 
 /// Horizontal element size.
@@ -103,19 +103,19 @@ struct SizeOptions {
 
 /// Improvement of the elements.
 struct ImproveOptions {
-  std::int32_t rounds = 16;   ///< >= 0; 0 leaves the raw fill
+  std::int32_t rounds = 16;   ///< number of rounds, >= 0; 0 leaves the raw fill
   double target = 1.5;        ///< R/3r above which tets are flipped and their vertices moved, >= 1
   double collapse_above = 2;  ///< R/3r above which vertices of tets are taken out where that gains, >= 1
-  double most_work = 1e8;     ///< the rounds end when so many tets have been rated, >= 0
+  double most_work = 1e8;     ///< number of rated tets after which the rounds end, >= 0
 };
 
 /// Limits of one run; 0 means no limit.
 struct Budget {
-  /// Vertices of the mesh, >= 0.
+  /// Number of vertices of the mesh, >= 0.
   std::int64_t max_vertices = 0;
-  /// Tets of the mesh, >= 0.
+  /// Number of tets of the mesh, >= 0.
   std::int64_t max_tets = 0;
-  double time_limit = 0;  ///< seconds of wall-clock time
+  double time_limit = 0;  ///< s of wall-clock time, >= 0
 };
 
 /// Everything `slice_to_mesh` can be told. `Options{}` is a good start.

@@ -41,15 +41,15 @@
 
 namespace slice2mesh {
 
-/// What was done, and how good it is. Lengths in mm.
+/// What was done, and how good it is.
 struct Report {
   ZConvention z_convention = ZConvention::Auto;  ///< as chosen
-  double thickness = 0;                          ///< median layer thickness
-  double eps = 0;  ///< in force: in exact mode the smallest tolerance of the grid, 2^-20 of the extent
-  /// In the interior, as chosen.
+  double thickness = 0;                          ///< mm, median layer thickness
+  double eps = 0;  ///< mm, in force: in exact mode the smallest tolerance of the grid, 2^-20 of the extent
+  /// In mm, edge length in the interior, as chosen.
   double size = 0;
-  std::vector<double> deviation;  ///< #S: distance between contour and input slice, both ways
-  /// The largest of `deviation`.
+  std::vector<double> deviation;  ///< #S, mm: distance between contour and input slice, both ways
+  /// The largest of `deviation`, mm.
   double max_deviation = 0;
   SeparationReport separation;  ///< how near contours come to each other and to themselves
   /// What was checked on the finished mesh.
@@ -57,7 +57,7 @@ struct Report {
   /// Figures of the elements.
   QualityReport quality;
   SlicingEstimates estimates;                     ///< staircase error, volume loss; of the complex
-  std::vector<std::pair<Stage, double>> seconds;  ///< wall-clock time per stage
+  std::vector<std::pair<Stage, double>> seconds;  ///< s of wall-clock time, one entry per stage
   std::string tetrahedralizer = "slab";           ///< name of the model that filled the complex
   std::optional<LayerReport> layers;              ///< of models that do not keep the facets of the complex as they are
 };
@@ -187,8 +187,9 @@ inline void check_sizes(const LayerRegions& regions, const Options& options, con
 /// mesh is certified; for any other model the certificate holds the
 /// axioms that its traits promise (tet/axioms.hpp), and `report.layers` says what became of the layers. A certificate
 /// that does not hold is not an error: look at `report.certificate`.
-/// Errors: OptionError, GeometryError, TetrahedralizationError, BudgetError, Cancelled; what the model throws.
-/// Cost: about linear in the result, apart from the model; see docs/pipeline.md.
+/// Errors: OptionError, GeometryError, TetrahedralizationError, BudgetError, Cancelled; what the model throws, and
+/// Error (Stage::Quality) where it gives a mesh whose arrays do not fit together. Cost: about linear in the result,
+/// apart from the model; see docs/pipeline.md.
 [[nodiscard]] SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& options,
                                                      const AnyTetrahedralizer& model);
 

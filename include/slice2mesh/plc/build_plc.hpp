@@ -46,9 +46,12 @@ void for_each_strip_triangle(const std::vector<GridPoint>& bottom, const std::ve
 }  // namespace detail
 
 /// Assembles the complex: horizontal facets from the triangulations, vertical ones over the contour edges, each the
-/// strip between the edge's splits at its bottom and at its top. `planes` and `meshes` are those of `plane_slabs`, in
-/// that order (precondition; not checked here: verify_plc tells what a complex is worth). With `inner_faces` false only
-/// the outer skin is built. Cost: linear.
+/// strip between the edge's splits at its bottom and at its top. With `inner_faces` false only the outer skin is built.
+///
+/// `meshes`: #P, those of the planes of `plane_slabs`, in that order; `slab_planes`: #S by 2, indices of the bottom and
+/// the top plane of each slab; `only`: #S, 1 for the slabs whose facets are wanted, or empty for all of them.
+/// Precondition: all of them are made from `contours` (not checked: `verify_plc` tells what a complex is worth).
+/// Errors: none. Cost: linear.
 [[nodiscard]] inline Plc build_plc(const Contours& contours, const std::vector<PlaneMesh>& meshes,
                                    const std::vector<std::array<std::int32_t, 2>>& slab_planes, bool inner_faces = true,
                                    const std::vector<char>& only = {}) {

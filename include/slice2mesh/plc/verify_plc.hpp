@@ -22,7 +22,7 @@ namespace slice2mesh {
 /// What `verify_plc` found. The checks, in this order: `complex`, `horizontal_facets`, `walls`, `closed`,
 /// `no_overlap`, `volume`, `no_orphans`; the later ones are left out where indices are not sound.
 struct PlcReport {
-  /// In the order above.
+  /// One per name above, in that order.
   std::vector<CertificateCheck> checks;
   double volume = 0;           ///< mm^3 inside of the boundary, by the divergence theorem
   double expected_volume = 0;  ///< mm^3, sum of area x height

@@ -21,7 +21,7 @@
 
 namespace slice2mesh {
 
-/// Corners of a slice below this angle force bad elements. Degrees.
+/// Corners of a slice below this angle, in degrees, force bad elements.
 inline constexpr double kSmallInputAngle = 20;
 
 namespace detail {

@@ -30,15 +30,15 @@ namespace slice2mesh {
 /// `complex`, `structure`, `positive`, `one_slab`, `volume`, `interface_triangles`, `faces`, `skin`, `no_duplicates`,
 /// `no_orphans`; the later ones are left out where the complex itself is not usable.
 struct Certificate {
-  /// In the order above.
+  /// One per name above, in that order.
   std::vector<CertificateCheck> checks;
   double volume = 0;           ///< mm^3, sum of the tetrahedra
   double expected_volume = 0;  ///< mm^3, sum of area x height
-  /// Of the mesh.
+  /// Number of those of the mesh.
   std::int64_t tets = 0;
-  /// Of the mesh.
+  /// Number of those of the mesh.
   std::int64_t vertices = 0;
-  std::int64_t facets = 0;  ///< of the complex
+  std::int64_t facets = 0;  ///< number of those of the complex
 
   /// True if there are checks and all of them passed.
   [[nodiscard]] bool passed() const {
@@ -55,8 +55,8 @@ struct Certificate {
 
 /// Tolerances of `certify`.
 struct CertifyOptions {
-  /// Relative difference of volumes that is put down to rounding: of the whole mesh, and of cells with vertices off the
-  /// grid. Volumes on the grid are compared as integers.
+  /// Relative difference (a ratio) of volumes that is put down to rounding: of the whole mesh, and of cells with
+  /// vertices off the grid. Volumes on the grid are compared as integers.
   double volume_tolerance = 1e-12;
   std::size_t max_offenders = 3;  ///< how many offenders of a check are named
 };

@@ -51,10 +51,10 @@ enum class Cause : std::uint8_t {
 struct WorstTet {
   /// Index of the tet.
   std::size_t tet = 0;
-  std::array<double, 3> centroid{};  ///< mm
-  /// Its slab.
+  std::array<double, 3> centroid{};  ///< x, y, z in mm
+  /// Index of its slab.
   std::int32_t slab = 0;
-  /// Its region.
+  /// Index of its region.
   std::int32_t region = 0;
   double ratio = 1;          ///< R/3r
   double min_dihedral = 0;   ///< degrees
@@ -78,39 +78,39 @@ struct QualityOptions {
 
 /// Distribution of R/3r. A share q of p: at least q of all tets have R/3r <= p, and p is that of a tet.
 struct RatioFigures {
-  /// Arithmetic mean.
+  /// Arithmetic mean of R/3r.
   double mean = 0;
-  /// 50 %.
+  /// R/3r at the share of 50 %.
   double median = 0;
-  double p99 = 0;    ///< 99 %
-  double p999 = 0;   ///< 99.9 %
-  double worst = 0;  ///< infinity if a tet is flat or inverted
+  double p99 = 0;    ///< R/3r at the share of 99 %
+  double p999 = 0;   ///< R/3r at the share of 99.9 %
+  double worst = 0;  ///< largest R/3r; infinity if a tet is flat or inverted
 };
 
 /// Bin i counts the values v with edges[i] <= v < edges[i+1]; the last bin includes its upper edge.
 struct Histogram {
-  std::vector<double> edges;          ///< #bins + 1, ascending; the last one may be infinity
+  std::vector<double> edges;          ///< #bins + 1, in the unit of the values, ascending; the last one may be infinity
   std::vector<std::uint64_t> counts;  ///< #bins
 };
 
 /// Bad elements that the input forces: those with the cause SmallInputAngle or ThinWall. Without
 /// QualityOptions::classify no element counts as forced.
 struct ForcedFigures {
-  double above = 15;                  ///< the limit, as in the options
-  std::size_t elements = 0;           ///< elements with an R/3r above the limit
-  std::size_t small_input_angle = 0;  ///< of these, forced by a corner
-  std::size_t thin_wall = 0;          ///< of these, forced by a thin wall
+  double above = 15;                  ///< the limit of R/3r, as in the options
+  std::size_t elements = 0;           ///< number of elements with an R/3r above the limit
+  std::size_t small_input_angle = 0;  ///< number of these that a corner forces
+  std::size_t thin_wall = 0;          ///< number of these that a thin wall forces
   double worst_other = 0;             ///< the largest R/3r of all elements but the forced ones above the limit
 
-  /// Elements whose cause is in the input.
+  /// Number of elements whose cause is in the input.
   [[nodiscard]] std::size_t forced() const noexcept { return small_input_angle + thin_wall; }
 };
 
 /// What `measure_quality` finds. A mesh without tets has zeros everywhere.
 struct QualityReport {
-  /// Of the mesh.
+  /// Number of those of the mesh.
   std::size_t vertices = 0;
-  /// Of the mesh.
+  /// Number of those of the mesh.
   std::size_t tets = 0;
   RatioFigures ratio;                        ///< Euclidean
   std::optional<RatioFigures> metric_ratio;  ///< in the metric diag(1/l^2, 1/l^2, 1/h^2)
@@ -120,18 +120,18 @@ struct QualityReport {
   double max_dihedral = 0;                   ///< degrees, over all tets; 180 if a tet is flat or inverted
   Histogram ratio_histogram;                 ///< of R/3r, #T values
   Histogram dihedral_histogram;              ///< of all six angles of the positive tets, degrees
-  std::size_t not_positive = 0;              ///< tets that are flat or inverted (floating-point test)
-  std::size_t crossing = 0;                  ///< tets whose z range is not inside one slab, labels not looked at
+  std::size_t not_positive = 0;              ///< number of tets that are flat or inverted (floating-point test)
+  std::size_t crossing = 0;  ///< number of tets whose z range is not inside one slab, labels not looked at
   /// `crossing` as a share of all tets.
   double crossing_share = 0;
-  std::size_t mislabeled = 0;  ///< tets that are not inside the slab of their label
-  std::size_t columns = 0;     ///< tets that have a vertical edge
+  std::size_t mislabeled = 0;  ///< number of tets that are not inside the slab of their label
+  std::size_t columns = 0;     ///< number of tets that have a vertical edge
   /// `columns` as a share of all tets.
   double column_share = 0;
-  double volume = 0;                  ///< mm^3
+  double volume = 0;                  ///< mm^3, of all tets
   std::vector<double> slab_volume;    ///< #S, mm^3, by label
   std::vector<double> region_volume;  ///< #R, mm^3, by label
-  std::vector<WorstTet> worst;        ///< largest R/3r first, ties by index
+  std::vector<WorstTet> worst;        ///< #W, as many as asked for: largest R/3r first, ties by index
   ForcedFigures forced;               ///< what the input makes bad, apart
 };
 

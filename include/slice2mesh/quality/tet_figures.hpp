@@ -11,10 +11,11 @@
 
 namespace slice2mesh {
 
-/// The four corners of a tet, mm.
+/// The four corners of a tet, 4 by 3: x, y, z in mm.
 using TetCorners = std::array<std::array<double, 3>, 4>;
 
-/// Local vertices of the six edges. Edge e is the common edge of the faces opposite to the vertices of edge 5 - e.
+/// 6 by 2: indices (0 to 3) of the vertices of the six edges. Edge e is the common edge of the faces opposite to the
+/// vertices of edge 5 - e.
 inline constexpr std::array<std::array<std::size_t, 2>, 6> kTetEdgeVertices = {
     {{{0, 1}}, {{0, 2}}, {{0, 3}}, {{1, 2}}, {{1, 3}}, {{2, 3}}}};
 
@@ -115,7 +116,7 @@ inline constexpr double kDegrees = 57.295779513082320876798;  ///< of one radian
   return detail::tet_frame(corners).radius_ratio;
 }
 
-/// The six dihedral angles in degrees, in the order of kTetEdgeVertices. All 0 for a flat or inverted tet.
+/// The dihedral angles at the six edges in degrees, in the order of kTetEdgeVertices. All 0 for a flat or inverted tet.
 [[nodiscard]] inline std::array<double, 6> dihedral_angles(const TetCorners& corners) {
   const detail::TetFrame frame = detail::tet_frame(corners);
   std::array<double, 6> angles{};

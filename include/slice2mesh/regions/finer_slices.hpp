@@ -17,8 +17,8 @@
 
 namespace slice2mesh {
 
-/// The slices of the file that the bundles of a plan stand for, each with the area of its part (supports left out), for
-/// `estimate_slicing`; nothing if no slab of the plan stands for more than one slice.
+/// The slices of the file that the bundles of a plan stand for, one per slice, lowest first, each with the area of its
+/// part (supports left out), for `estimate_slicing`; nothing if no slab of the plan stands for more than one slice.
 /// Errors: those of `build_regions`. Cost: that of `build_regions` for all slices.
 [[nodiscard]] inline std::vector<FinerSlice> finer_slices(const SliceStack& stack, const SlabPlan& plan,
                                                           const SlabOptions& options, const Progress& progress = {}) {

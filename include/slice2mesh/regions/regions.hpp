@@ -35,10 +35,10 @@ struct LayerRegions {
   double thickness = 0;                            ///< median of the slabs, mm
 };
 
-/// A grid for everything between two corners (mm): 2^40 pitches across the larger side, or as fine as coordinates of
-/// this distance from the origin allow in double (2^-52 of it). Precondition: finite corners. Errors: GeometryError
-/// where the extent is not between 1e-100 and 1e100 mm, or the part is farther from the origin than 2^28 times its
-/// extent.
+/// A grid for everything between the corners `low` and `high` (mm): 2^40 pitches across the larger side, or as fine as
+/// coordinates of this distance from the origin allow in double (2^-52 of it). Precondition: finite corners. Errors:
+/// GeometryError where the extent is not between 1e-100 and 1e100 mm, or the part is farther from the origin than 2^28
+/// times its extent.
 [[nodiscard]] inline Grid make_grid(Point2 low, Point2 high) {
   const double extent = std::max(high.x - low.x, high.y - low.y);
   const double reach = std::max({std::fabs(low.x), std::fabs(low.y), std::fabs(high.x), std::fabs(high.y)});
@@ -61,8 +61,8 @@ struct LayerRegions {
   return grid;
 }
 
-/// The place of a contour vertex (mm) on the grid: the nearest multiple of kContourStep. Precondition: a finite place
-/// within the extent for which the grid was made (not checked; `build_regions` checks its input).
+/// The place of a contour vertex `p` (mm) on the grid: the nearest multiple of kContourStep. Precondition: a finite
+/// place within the extent for which the grid was made (not checked; `build_regions` checks its input).
 [[nodiscard]] inline GridPoint to_grid(const Grid& grid, const Point2& p) {
   return {round_to_step(static_cast<std::int64_t>(std::floor(p.x / grid.pitch + 0.5)) - grid.origin_x),
           round_to_step(static_cast<std::int64_t>(std::floor(p.y / grid.pitch + 0.5)) - grid.origin_y)};

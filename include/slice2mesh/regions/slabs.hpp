@@ -23,7 +23,7 @@ namespace slice2mesh {
 
 /// The slabs of a stack.
 struct SlabPlan {
-  std::vector<Slab> slabs;                    ///< lowest first; neighbors without a gap share the same double
+  std::vector<Slab> slabs;                    ///< #S, lowest first; neighbors without a gap share the same double
   ZConvention convention = ZConvention::Top;  ///< what was used; never Auto
   double thickness = 0;                       ///< mm, median of the slabs: the layer thickness h of `Length`
 };

@@ -67,7 +67,7 @@ struct Axiom {
 struct AxiomReport {
   /// What the model promises.
   TetrahedralizerTraits traits;
-  /// In the order of docs/tetrahedralizers.md.
+  /// One per name above, in that order.
   std::vector<Axiom> axioms;
   LayerReport layers;  ///< empty if the structure is not sound
 
@@ -94,9 +94,10 @@ struct AxiomReport {
 
 /// Tolerances of `check_axioms`.
 struct AxiomOptions {
-  /// Relative difference of volumes and areas where facets are kept: rounded coordinates and the bends of walls.
+  /// Relative difference (a ratio) of volumes and areas where facets are kept: rounded coordinates and the bends of
+  /// walls.
   double exact_tolerance = 1e-7;
-  /// Relative difference of the total volume where they are not.
+  /// Relative difference (a ratio) of the total volume where they are not.
   double approximate_tolerance = 0.05;
   std::size_t max_offenders = 3;  ///< how many offenders of an axiom are named
 };
@@ -524,7 +525,7 @@ private:
 }  // namespace detail
 
 /// Checks a mesh of a complex against the axioms of a tetrahedralizer with these traits.
-/// Errors: TetrahedralizationError if the complex itself is not sound. Cost: n log n.
+/// Errors: TetrahedralizationError if the complex itself is not sound. Cost: O(n log n).
 [[nodiscard]] inline AxiomReport check_axioms(const Mesh& mesh, const Plc& plc, const TetrahedralizerTraits& traits,
                                               const AxiomOptions& options = {}) {
   detail::require_sound(plc);

@@ -88,16 +88,22 @@ namespace detail {
 
 /// CGAL's conforming constrained Delaunay triangulation as a tetrahedralizer: exact, without regard to shape. Points
 /// are added on edges and facets where that is needed. Runs in a child process with limits unless `child_process` is
-/// false. Errors: TetrahedralizationError; OptionError; what `progress` throws.
+/// false. Errors: TetrahedralizationError, also for a complex that is not sound; OptionError for limits out of range;
+/// Cancelled, and what `progress` throws.
 struct Cdt3Mesher {
+  /// False: in this process, without limits.
   bool child_process = true;
+  /// Of the child process.
   ChildLimits limits;
+  /// Listener; may cancel.
   Progress progress;
 
+  /// What the model promises.
   [[nodiscard]] TetrahedralizerTraits traits() const { return {"cdt3", FacetKeeping::Subdivided, true, false}; }
+  /// The mesh. Errors: see above.
   [[nodiscard]] Mesh operator()(const Plc& plc) const { return restored(plc).mesh; }
 
-  /// The mesh with what became of the layers.
+  /// The mesh with what became of the layers. Errors: see above.
   [[nodiscard]] RestoredMesh restored(const Plc& plc) const {
     detail::require_sound(plc);
     const auto work = [&plc] { return detail::run_cdt3(plc); };

@@ -46,15 +46,15 @@ namespace slice2mesh {
 
 /// What a child process may use.
 struct ChildLimits {
-  double time = 600;        ///< seconds of wall-clock time; 0: no limit
+  double time = 600;        ///< s of wall-clock time, >= 0; 0: no limit
   std::int64_t memory = 0;  ///< bytes of address space, what it has from its parent included; 0: no limit
 };
 
 /// What came of a child process.
 struct ChildResult {
-  std::vector<char> bytes;       ///< what its work returned, or the last part of what a command printed
-  int exit_code = 0;             ///< of a command
-  double seconds = 0;            ///< wall-clock time
+  std::vector<char> bytes;       ///< the bytes that its work returned, or the last of what a command printed
+  int exit_code = 0;             ///< of a command: the number that it ended with
+  double seconds = 0;            ///< s of wall-clock time
   std::int64_t peak_memory = 0;  ///< bytes, largest resident size
 };
 

@@ -128,8 +128,8 @@ struct CommandTemplate {
 /// `{skin}` for that of its outer skin alone, `{in:FORMAT}` and `{skin:FORMAT}` name the format: off (the default),
 /// obj, ply, stl, poly. `{out}` (or `{out:FORMAT}`: msh, mesh, node, ele) is the file that the program writes; without
 /// it, the one such file that it leaves in the directory, `{dir}`, is taken. Names are quoted for the shell. Errors:
-/// OptionError for a command without {in} or with an unknown format; TetrahedralizationError where the command fails,
-/// ends without a file or is over its limits; what `progress` throws.
+/// OptionError for a command without {in} or with an unknown format; TetrahedralizationError for a complex that is not
+/// sound and where the command fails, ends without a file or is over its limits; Cancelled, and what `progress` throws.
 struct ExternalMesher {
   /// For the shell, with the placeholders above.
   std::string command;
@@ -148,7 +148,7 @@ struct ExternalMesher {
   /// The mesh. Errors: see above.
   [[nodiscard]] Mesh operator()(const Plc& plc) const { return restored(plc).mesh; }
 
-  /// The mesh with what became of the layers.
+  /// The mesh with what became of the layers. Errors: see above.
   [[nodiscard]] RestoredMesh restored(const Plc& plc) const {
     detail::require_sound(plc);
     const detail::ScratchDirectory directory;

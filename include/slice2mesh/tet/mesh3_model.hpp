@@ -182,7 +182,8 @@ SLICE2MESH_INLINE RawTets run_mesh3(const Plc& plc, const Mesh3Options& options)
 /// CGAL::Mesh_3 as a tetrahedralizer. Facets in the planes and in plane walls are met up to rounding, contours only as
 /// far as `edge_size` allows; it may take long, or for ever where features are much closer than the size: it runs in a
 /// child process with limits unless `child_process` is false.
-/// Errors: TetrahedralizationError; OptionError; what `progress` throws.
+/// Errors: TetrahedralizationError, also for a complex that is not sound; OptionError; Cancelled, and what `progress`
+/// throws.
 struct Mesh3Mesher {
   /// Criteria of the mesh.
   Mesh3Options options;
@@ -198,7 +199,7 @@ struct Mesh3Mesher {
   /// The mesh. Errors: see above.
   [[nodiscard]] Mesh operator()(const Plc& plc) const { return restored(plc).mesh; }
 
-  /// The mesh with what became of the layers.
+  /// The mesh with what became of the layers. Errors: see above.
   [[nodiscard]] RestoredMesh restored(const Plc& plc) const {
     detail::require_sound(plc);
     const Mesh3Options used = resolved(plc);

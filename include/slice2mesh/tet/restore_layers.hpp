@@ -32,8 +32,8 @@ namespace slice2mesh {
 
 /// Tets as a mesher gives them.
 struct RawTets {
-  std::vector<std::array<double, 3>> vertices;    ///< #V by 3, mm
-  std::vector<std::array<std::int32_t, 4>> tets;  ///< #T by 4, in any orientation
+  std::vector<std::array<double, 3>> vertices;    ///< #V by 3: x, y, z in mm
+  std::vector<std::array<std::int32_t, 4>> tets;  ///< #T by 4: indices of vertices, in any orientation
   std::vector<Side> cells;  ///< #T or empty: slab and region where the mesher knows them; empty sides are looked up
 };
 
@@ -53,21 +53,22 @@ struct RestoreOptions {
   double snap = 1e-9;
 };
 
-/// What a mesh keeps of the layers. Lengths in mm.
+/// What a mesh keeps of the layers.
 struct LayerReport {
-  /// Of the mesh.
+  /// Number of those of the mesh.
   std::size_t tets = 0;
-  std::size_t crossing = 0;  ///< tets that lie in no single slab; they are counted to the slab of their centroid
+  std::size_t crossing =
+      0;  ///< number of tets that lie in no single slab; they are counted to the slab of their centroid
   /// `crossing` as a share of all tets.
   double crossing_share = 0;
-  std::size_t outside = 0;                  ///< tets that were left out, or kept although outside (`restore_layers`)
-  std::vector<double> slab_volume;          ///< #S, mm^3, of the tets of each slab
+  std::size_t outside = 0;          ///< number of tets that were left out, or kept although outside (`restore_layers`)
+  std::vector<double> slab_volume;  ///< #S, mm^3, of the tets of each slab
   std::vector<double> exact_slab_volume;    ///< #S, mm^3, area x height
-  double volume = 0;                        ///< mm^3
-  double exact_volume = 0;                  ///< mm^3
+  double volume = 0;                        ///< mm^3, of all tets
+  double exact_volume = 0;                  ///< mm^3, of all slabs, area x height
   double volume_error = 0;                  ///< relative, signed
   double largest_slab_error = 0;            ///< relative, of the slab where it is largest, without sign
-  std::int32_t largest_error_slab = kNone;  ///< that slab
+  std::int32_t largest_error_slab = kNone;  ///< index of that slab
 };
 
 /// A mesh with the layers it has.
@@ -476,8 +477,8 @@ inline constexpr double kHorizontalCosine = 0.70710678118654752;
 /// A tet that lies in one slab (up to 1e-9 of the bounding box diagonal) belongs to it; one that crosses belongs to the
 /// slab of its centroid and is counted. The region is that at the centroid. Tets are turned to be positive; flat ones
 /// stay as they are, for the axioms to find. Vertices that no tet uses are left out.
-/// Errors: TetrahedralizationError if the complex or the tets are not sound, or nothing is left; OptionError.
-/// Cost: n log n.
+/// Errors: TetrahedralizationError if the complex or the tets are not sound, or nothing is left; OptionError for
+/// `snap`. Cost: n log n.
 [[nodiscard]] inline RestoredMesh restore_layers(RawTets raw, const Plc& plc, const RestoreOptions& options = {}) {
   if (!(options.snap >= 0 && options.snap <= 1e-3)) throw OptionError("snap", "must be a share from 0 to 1e-3");
   detail::require_sound(plc);

@@ -527,11 +527,12 @@ private:
 
 /// The default tetrahedralizer. Needs a complex with inner faces whose contour edges are Gabriel in their planes; adds
 /// no vertex, keeps every horizontal facet, and every wall up to the diagonals of ties on bent walls. Errors:
-/// TetrahedralizationError with the slab where the complex is not conforming. Cost: about linear.
+/// TetrahedralizationError with the slab where the complex is not conforming; BudgetError above `max_tets`; Cancelled,
+/// and what `progress` throws. Cost: about linear.
 struct SlabFiller {
   /// Listener; may cancel.
   Progress progress;
-  std::int64_t max_tets = 0;  ///< budget; 0: none
+  std::int64_t max_tets = 0;  ///< largest number of tets; 0: no limit
 
   /// The mesh. Errors: see above.
   [[nodiscard]] Mesh operator()(const Plc& plc) const {

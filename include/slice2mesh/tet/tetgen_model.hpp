@@ -18,6 +18,7 @@
 #if SLICE2MESH_HAS_TETGEN
 
 #ifndef TETLIBRARY
+/// What tetgen.h asks for: TetGen as a library.
 #define TETLIBRARY
 #endif
 #include <tetgen.h>
@@ -117,8 +118,8 @@ inline void fill_tetgen(tetgenio& in, const Plc& plc) {
 /// cannot be recovered without; with quality it adds points inside and on facets. Facets are kept as unions of faces.
 ///
 /// TetGen can crash, loop or take all memory: it runs in a child process with limits unless `child_process` is false.
-/// Errors: TetrahedralizationError for each of these and for what TetGen itself reports; OptionError; what `progress`
-/// throws.
+/// Errors: TetrahedralizationError for each of these, for what TetGen itself reports and for a complex that is not
+/// sound; OptionError; Cancelled, and what `progress` throws.
 struct TetGenMesher {
   double radius_edge = 0;  ///< -q: largest ratio of circumradius to shortest edge, > 1; 0: no quality
   double min_dihedral =
@@ -132,14 +133,19 @@ struct TetGenMesher {
   /// If not empty: taken instead of all these ("pq1.4/10a0.5"). Switches p, z and Q are added; p gets `facet_angle`
   /// where it has no number.
   std::string switches;
+  /// False: in this process, without limits.
   bool child_process = true;
+  /// Of the child process.
   ChildLimits limits;
+  /// Listener; may cancel.
   Progress progress;
 
+  /// What the model promises.
   [[nodiscard]] TetrahedralizerTraits traits() const { return {"tetgen", FacetKeeping::Subdivided, true, false}; }
+  /// The mesh. Errors: see above.
   [[nodiscard]] Mesh operator()(const Plc& plc) const { return restored(plc).mesh; }
 
-  /// The mesh with what became of the layers.
+  /// The mesh with what became of the layers. Errors: see above.
   [[nodiscard]] RestoredMesh restored(const Plc& plc) const {
     const std::string text = switch_text();
     detail::require_sound(plc);

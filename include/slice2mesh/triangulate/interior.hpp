@@ -17,8 +17,8 @@ namespace slice2mesh {
 
 /// Sizes for interior vertices, in pitches.
 struct InteriorSizes {
-  double size = 0;          ///< spacing of the lattice
-  double contour_size = 0;  ///< spacing along contours
+  double size = 0;          ///< pitches, > 0: spacing of the lattice
+  double contour_size = 0;  ///< pitches, > 0: spacing along contours
 };
 
 namespace detail {
@@ -49,9 +49,10 @@ private:
 
 }  // namespace detail
 
-/// Candidates for the interior vertices of the plane between two slabs (kNone: none). A pure function of the contours
-/// of these slabs and the next ones. Neighboring planes get the same points wherever all their contours are far enough.
-/// `poll` is called now and then; what it throws ends the work.
+/// Candidates for the interior vertices of the plane between the slabs of index `slab_below` and `slab_above` (kNone:
+/// none): any number. A pure function of the contours of these slabs and the next ones. Neighboring planes get the same
+/// points wherever all their contours are far enough. `poll` is called now and then; what it throws ends the work.
+/// Precondition: the indices are slabs of the contours, the sizes above 0 (not checked). Cost: O(n log n).
 [[nodiscard]] inline std::vector<GridPoint> interior_points(const Contours& contours, std::int32_t slab_below,
                                                             std::int32_t slab_above, const InteriorSizes& sizes,
                                                             const std::function<void()>& poll = {}) {

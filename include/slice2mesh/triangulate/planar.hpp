@@ -26,9 +26,11 @@ namespace slice2mesh {
 
 /// A triangulation of the convex hull of an arrangement's vertices that holds all of its edges. Indices only.
 struct PlanarTriangulation {
-  std::vector<std::array<std::int32_t, 3>> triangles;  ///< #T by 3, counter-clockwise
-  std::vector<std::array<std::int32_t, 3>> neighbors;  ///< #T by 3, across the edge opposite to a vertex; kNone outside
-  std::vector<std::array<std::int32_t, 3>> edges;      ///< #T by 3, arrangement edge opposite to a vertex, or kNone
+  std::vector<std::array<std::int32_t, 3>> triangles;  ///< #T by 3: indices of vertices, counter-clockwise
+  std::vector<std::array<std::int32_t, 3>>
+      neighbors;  ///< #T by 3: indices of triangles, across the edge opposite to a vertex; kNone outside
+  std::vector<std::array<std::int32_t, 3>>
+      edges;  ///< #T by 3: index of the arrangement's edge opposite to a vertex, or kNone
 };
 
 namespace detail {
@@ -78,7 +80,7 @@ inline void insert_edge(Cdt& cdt, Cdt::Vertex_handle a, Cdt::Vertex_handle b, St
 }  // namespace detail
 
 /// The constrained Delaunay triangulation of an arrangement. Empty if all vertices lie on one line.
-/// Errors: GeometryError if edges cross, which those of snap_round do not. Cost: O(n log n).
+/// Precondition: no edges cross, and no vertex lies on an edge, as in what `snap_round` gives. Cost: O(n log n).
 [[nodiscard]] inline PlanarTriangulation triangulate(const Arrangement& arrangement) {
   using detail::Cdt;
   PlanarTriangulation result;
@@ -116,14 +118,15 @@ inline void insert_edge(Cdt& cdt, Cdt::Vertex_handle a, Cdt::Vertex_handle b, St
   return result;
 }
 
-/// Winding numbers that are not zero, by tag, sorted by tag.
+/// Winding numbers that are not zero: one per tag, sorted by tag.
 using WindingState = std::vector<EdgeTag>;
 
 /// The faces of an arrangement: the connected parts of the plane without its edges.
 struct ArrangementFaces {
-  std::vector<std::int32_t> of_triangle;             ///< #T, face of each triangle
-  std::vector<WindingState> windings;                ///< #F; face 0 is the outer one, with no winding
-  std::vector<std::array<std::int32_t, 2>> of_edge;  ///< #E by 2: face on the left and on the right of a -> b
+  std::vector<std::int32_t> of_triangle;  ///< #T: index of the face of each triangle
+  std::vector<WindingState> windings;     ///< #F; face 0 is the outer one, with no winding
+  std::vector<std::array<std::int32_t, 2>>
+      of_edge;  ///< #E by 2: indices of the faces on the left and on the right of a -> b
 };
 
 /// Faces and winding numbers by flooding from outside: crossing an edge from right to left adds its winding.

@@ -23,24 +23,24 @@ namespace slice2mesh {
 
 /// The triangulation of one plane: material below or above every triangle.
 struct PlaneMesh {
-  double z = 0;                                        ///< mm
+  double z = 0;                                        ///< mm, its height
   std::vector<GridPoint> vertices;                     ///< #V; those of the overlay come first, with their indices
-  std::vector<std::array<std::int32_t, 3>> triangles;  ///< #T by 3, counter-clockwise from above
+  std::vector<std::array<std::int32_t, 3>> triangles;  ///< #T by 3: indices of vertices, counter-clockwise from above
   std::vector<std::array<Side, 2>> sides;              ///< #T by 2: cell below and cell above
-  std::vector<std::vector<std::int32_t>> below_chain;  ///< #E of the outline below: vertices along the edge from a to b
-  std::vector<std::vector<std::int32_t>> above_chain;  ///< #E of the outline above
-  std::vector<char> fixed;                             ///< #V: on a contour
+  std::vector<std::vector<std::int32_t>> below_chain;  ///< #E of the outline below: indices of vertices from a to b
+  std::vector<std::vector<std::int32_t>> above_chain;  ///< #E of the outline above: indices of vertices from a to b
+  std::vector<char> fixed;                             ///< #V: 1 on a contour, else 0
 };
 
-/// How a plane is refined. Lengths in pitches.
+/// How a plane is refined.
 struct PlaneRefinement {
   bool gabriel = true;  ///< split contour edges until no vertex is in their diametral discs
-  double min_edge = 4;  ///< contour edges below this length are not split any more
+  double min_edge = 4;  ///< pitches: contour edges below this length are not split any more
   double radius_edge_ratio =
       0;                ///< triangles with a larger ratio of circumradius to shortest edge get a vertex; 0: off
-  double shortest = 0;  ///< no new vertex nearer than this to another one (interior refinement)
-  std::vector<GridPoint> interior;  ///< vertices to insert where they are clear of the contours
-  std::size_t max_vertices = 0;     ///< budget; 0: none
+  double shortest = 0;  ///< pitches: no new vertex nearer than this to another one (interior refinement)
+  std::vector<GridPoint> interior;  ///< any number: vertices to insert where they are clear of the contours
+  std::size_t max_vertices = 0;     ///< largest number of vertices of the plane; 0: no limit
   std::function<void()> poll;       ///< called now and then; what it throws ends the work
 };
 
@@ -490,15 +490,16 @@ private:
 }  // namespace detail
 
 /// The triangulation of a plane. A pure function of the plane and the options.
-/// Errors: BudgetError above PlaneRefinement::max_vertices. Cost: O(n log n) plus the refinement, about linear in the
-/// result.
+/// Errors: BudgetError above PlaneRefinement::max_vertices; what `poll` throws. Cost: O(n log n) plus the refinement,
+/// about linear in the result.
 [[nodiscard]] inline PlaneMesh triangulate_plane(const InterfacePlane& plane, const PlaneRefinement& options) {
   detail::PlaneMesher mesher(plane, options);
   mesher.run();
   return mesher.extract();
 }
 
-/// The constrained Delaunay triangulation of a plane without any further point: the paper's.
+/// The constrained Delaunay triangulation of a plane without any further point: the paper's. Errors: none (no
+/// limit, so no BudgetError). Cost: O(n log n).
 [[nodiscard]] inline PlaneMesh triangulate_plane(const InterfacePlane& plane) {
   PlaneRefinement options;
   options.gabriel = false;

@@ -19,14 +19,14 @@
 
 namespace slice2mesh {
 
-/// Sizes of a run in mm.
+/// Sizes of a run.
 struct PlaneSizes {
-  double size = 0;          ///< edge length in the interior
-  double contour_size = 0;  ///< longest edge of a contour
+  double size = 0;          ///< mm, > 0: edge length in the interior
+  double contour_size = 0;  ///< mm, > 0: longest edge of a contour
 };
 
 /// The sizes in mm that the options mean for regions.
-/// Errors: OptionError for sizes that are not positive and finite. Cost: linear.
+/// Errors: OptionError for sizes that are not finite or below 0. Cost: linear.
 [[nodiscard]] inline PlaneSizes resolve_sizes(const SizeOptions& options, const LayerRegions& regions) {
   const double thickness = regions.thickness;
   PlaneSizes sizes;
@@ -60,12 +60,13 @@ inline constexpr double kShortestShare = 0.05;
 
 /// The triangulations of all planes, lowest first, and which planes bound each slab.
 struct PlaneStack {
-  std::vector<PlaneMesh> meshes;                         ///< #P
-  std::vector<std::array<std::int32_t, 2>> slab_planes;  ///< #S by 2
+  std::vector<PlaneMesh> meshes;                         ///< #P, one per plane
+  std::vector<std::array<std::int32_t, 2>> slab_planes;  ///< #S by 2: indices of the bottom and the top plane
 };
 
 /// Conforming, graded triangulations of all planes. Each is a pure function of the contours of at most four slabs.
-/// Errors: OptionError, BudgetError. Cost: O(n log n) per plane.
+/// Precondition: `sizes` above 0 and finite, as `resolve_sizes` gives them (not checked). Errors: BudgetError,
+/// Cancelled. Cost: O(n log n) per plane.
 [[nodiscard]] inline PlaneStack triangulate_planes(const Contours& contours, const PlaneSizes& sizes,
                                                    const Budget& budget = {}, const Progress& progress = {}) {
   const double pitch = contours.grid.pitch;
