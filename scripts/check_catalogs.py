@@ -29,6 +29,7 @@ def codes_of_headers():
             text = text_of(folder, name)
             for severity, code in re.findall(r"Severity::(\w+),\s*(?:Stage::\w+,\s*)?\"([a-z0-9_]+)\"", text):
                 found.add((code, severity.lower()))
+            found.update((code, "note") for code in re.findall(r"\bnote\((?!Severity)[\w.\[\]]+,\s*\"([a-z0-9_]+)\"", text))
     return found
 
 
