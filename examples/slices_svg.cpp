@@ -13,8 +13,6 @@
 
 namespace {
 
-using slice2mesh::FacetLabel;
-
 struct Box {
   double x_low = 1e300, y_low = 1e300, x_high = -1e300, y_high = -1e300;
   void add(double x, double y) {
