@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 /// @file
-/// @brief Contour vertices that came close to each other, merged in all slabs at once.
+/// @brief Contour vertices that came close to each other, merged or moved apart in all slabs at once.
 ///
 /// Slabs are harmonized from the lowest up, each against the one below: what is fixed there stays. A column is a vertex
 /// with the same place in consecutive slabs; here two columns that are close on some plane become one, whichever of
-/// them is the lower one, where every slab keeps its distance from its slice.
+/// them is the lower one, where every slab keeps its distance from its slice. Columns that cannot be merged are moved
+/// away from what they are too near to, or onto it.
 #pragma once
 
 #include <algorithm>
@@ -31,10 +32,11 @@ struct ColumnLimits {
   double deviation = 0;       ///< no slab gets farther than this from its slice, nor its slice from it
   double clearance = 0;       ///< no vertex gets nearer than this to an edge through a merge of columns farther apart
   double longest = HUGE_VAL;  ///< no edge gets longer than this
+  double apart = 0;           ///< columns nearer than this to a vertex or an edge are moved away; 0: none is
 };
 
-/// Merges columns. Topology is kept: nothing lies in the way of what moves, in the slab itself and in those above and
-/// below (exact).
+/// Merges and moves columns. Topology is kept: nothing lies in the way of what moves, in the slab itself and in those
+/// above and below (exact).
 class ColumnMerger {
 public:
   /// `slices`: the regions that the slabs were made from. `frozen` (#S): slabs that stay as they are.
@@ -45,8 +47,8 @@ public:
     for (Outline& outline : outlines) sheets_.emplace_back(outline);
   }
 
-  /// Merges until nothing more can be merged, or a number of rounds is over. `changed` (#S) tells the slabs concerned.
-  /// `poll` is called now and then; what it throws ends the work.
+  /// Merges until nothing more can be merged, or a number of rounds is over, then moves apart. `changed` (#S) tells the
+  /// slabs concerned. `poll` is called now and then; what it throws ends the work.
   void run(std::vector<char>& changed, const std::function<void()>& poll) {
     changed.assign(sheets_.size(), 0);
     for (int round = 0; round < kRounds; ++round) {
@@ -63,6 +65,8 @@ public:
       }
       if (merged == 0) break;
     }
+    for (int round = 0; round < kSpreadRounds; ++round)
+      if (spread(changed, poll) == 0) break;
     for (std::size_t s = 0; s < sheets_.size(); ++s)
       if (changed[s]) sheets_[s].finish();
   }
@@ -87,6 +91,7 @@ private:
     SegmentIndex start;                               // edges where they were at first
     std::vector<std::vector<std::int32_t>> edges_at;  // #V
     std::vector<char> alive;                          // #E
+    double farthest = 0;                              // of all drifts
     std::vector<double> drift;                        // #V: how far the ends of edges at a vertex have come
     std::unordered_map<GridPoint, std::int32_t, GridHash> place;
     std::unique_ptr<SegmentIndex> slice;
@@ -223,6 +228,148 @@ private:
       return true;
     }
     return false;
+  }
+
+  struct Close {
+    double gap;
+    std::size_t slab;
+    GridPoint p;
+  };
+  /// Columns that are nearer than `apart` to another vertex or an edge, the nearest first.
+  [[nodiscard]] std::vector<Close> close_columns(const std::function<void()>& poll) {
+    std::vector<Close> result;
+    for (std::size_t s = 0; s < sheets_.size(); ++s) {
+      const Sheet& sheet = sheets_[s];
+      for (std::size_t v = 0; v < sheet.edges_at.size(); ++v) {
+        if (v % kPollEvery == 0) poll();
+        if (sheet.edges_at[v].empty()) continue;
+        const GridPoint p = sheet.point(std::int32_t(v));
+        if (stacked(s) && sheets_[s - 1].at(p) != kNone) continue;  // once, for the lowest slab
+        if (!find_column(s, p)) continue;
+        const double gap = gap_at(p, p, 0);
+        if (gap < limits_.apart) result.push_back({gap, s, p});
+      }
+    }
+    std::sort(result.begin(), result.end(), [](const Close& a, const Close& b) {
+      if (a.gap != b.gap) return a.gap < b.gap;
+      return a.slab != b.slab ? a.slab < b.slab : a.p < b.p;
+    });
+    return result;
+  }
+
+  /// Moves columns that are too near to something, where merging was not possible, to the best of some places around
+  /// them. Returns how many.
+  std::size_t spread(std::vector<char>& changed, const std::function<void()>& poll) {
+    const double apart = limits_.apart;
+    std::size_t moved = 0;
+    if (!(apart > 0)) return moved;
+    std::vector<std::pair<double, GridPoint>> places;
+    for (const Close& c : close_columns(poll)) {
+      poll();
+      if (!find_column(c.slab, c.p)) continue;
+      const double gap = gap_at(c.p, c.p, 0), least = gap + kSpreadGain * apart;
+      if (gap >= apart) continue;
+      places.clear();
+      const auto offer = [&](const GridPoint& q) {
+        if (q == c.p) return;
+        const double reached = gap_at(c.p, q, least);
+        // Of places that are as good the one where contours change least.
+        if (reached >= least) places.emplace_back(kSpreadChange * change(q) - reached, q);
+      };
+      for (int r = 1; r <= kSpreadRings; ++r)
+        for (int d = 0; d < kSpreadDirections; ++d) {
+          const double radius = apart * r / kSpreadRings, angle = 2 * kPi * d / kSpreadDirections;
+          offer({round_to_step(c.p.x + std::llround(radius * std::cos(angle))),
+                 round_to_step(c.p.y + std::llround(radius * std::sin(angle)))});
+        }
+      for (const GridPoint& q : feet(c.p)) offer(q);
+      std::sort(places.begin(), places.end());
+      clearance_ = gap;
+      for (const auto& place : places) {
+        const GridPoint& q = place.second;
+        if (change(q) > limits_.deviation || !possible({gap, c.slab, c.p, c.p}, q)) continue;
+        apply(q);
+        for (const Step& step : steps_) changed[step.slab] = 1;
+        ++moved;
+        break;
+      }
+    }
+    return moved;
+  }
+  /// Finds the steps of the column at p, which stands in `slab` and others. False if there is none, or it may not move.
+  bool find_column(std::size_t slab, const GridPoint& p) {
+    steps_.clear();
+    const auto add = [&](std::size_t s) {
+      const std::int32_t v = sheets_[s].at(p);
+      if (v == kNone) return false;
+      steps_.push_back({s, v, kNone});
+      return true;
+    };
+    if (!add(slab)) return false;
+    for (std::size_t s = slab; stacked(s) && add(s - 1); --s) {
+    }
+    for (std::size_t s = slab + 1; stacked(s) && add(s); ++s) {
+    }
+    return std::none_of(steps_.begin(), steps_.end(), [&](const Step& step) { return frozen_[step.slab] != 0; });
+  }
+  /// Calls f(slab, u, w) for the edges uw of a slab and those next to it that are near ab and do not end in p, for some
+  /// of them more than once.
+  template <class F>
+  void for_each_beside(const GridPoint& p, const GridPoint& a, const GridPoint& b, std::size_t slab, F&& f) const {
+    const std::size_t first = stacked(slab) ? slab - 1 : slab;
+    const std::size_t last = stacked(slab + 1) ? slab + 1 : slab;
+    for (std::size_t s = first; s <= last; ++s) {
+      const Sheet& sheet = sheets_[s];
+      const auto pad = std::int64_t(std::ceil(limits_.apart + sheet.farthest)) + 1;
+      sheet.start.for_each_near(a, b, pad, [&](std::size_t e) {
+        if (!sheet.alive[e]) return;
+        const GridPoint &u = sheet.point(sheet.outline.edges[e].a), &w = sheet.point(sheet.outline.edges[e].b);
+        if (u != p && w != p) f(s, u, w);
+      });
+    }
+  }
+  /// How near the column at p would be to other vertices and edges, or its edges to other vertices, if it were at q;
+  /// `apart` if nothing is nearer. What is below `floor` is not told exactly. A vertex on an edge of another slab is
+  /// not near to it: the overlay of the plane leads the edge through it.
+  [[nodiscard]] double gap_at(const GridPoint& p, const GridPoint& q, double floor) const {
+    constexpr double kOn = kAttachSteps * double(kContourStep);
+    double gap = limits_.apart;
+    const auto apart = [&](double d, bool same_slab) {
+      if (same_slab || d > kOn) gap = std::min(gap, d);
+    };
+    for (const Step& step : steps_) {
+      const Sheet& sheet = sheets_[step.slab];
+      for (const std::int32_t e : sheet.edges_at[std::size_t(step.v)])
+        gap = std::min(gap, distance(q, sheet.point(sheet.other_end(e, step.v))));
+    }
+    for (const Step& step : steps_) {
+      const Sheet& sheet = sheets_[step.slab];
+      for (const std::int32_t e : sheet.edges_at[std::size_t(step.v)]) {
+        if (gap < floor) return gap;
+        const GridPoint x = sheet.point(sheet.other_end(e, step.v));
+        for_each_beside(p, q, x, step.slab, [&](std::size_t s, const GridPoint& u, const GridPoint& w) {
+          const bool same = s == step.slab;
+          apart(segment_distance(q, u, w), same);
+          if (!same) gap = std::min({gap, distance(q, u), distance(q, w)});
+          if (u != x) apart(segment_distance(u, q, x), same);
+          if (w != x) apart(segment_distance(w, q, x), same);
+        });
+      }
+    }
+    return gap;
+  }
+  /// The points of edges of other slabs near p that are nearest to it.
+  [[nodiscard]] std::vector<GridPoint> feet(const GridPoint& p) const {
+    std::vector<GridPoint> result;
+    for (const Step& step : steps_)
+      for_each_beside(p, p, p, step.slab, [&](std::size_t s, const GridPoint& u, const GridPoint& w) {
+        if (s == step.slab || segment_distance(p, u, w) >= limits_.apart) return;
+        const double length = distance(u, w), t = double(dot(u, w, p)) / (length * length);
+        if (t > 0 && t < 1) result.push_back(contour_point_between(u, w, t));
+      });
+    std::sort(result.begin(), result.end());
+    result.erase(std::unique(result.begin(), result.end()), result.end());
+    return result;
   }
 
   /// The largest distance by which a contour moves away from itself, about.
@@ -442,9 +589,14 @@ private:
       sheet.outline.vertices[std::size_t(stays)] = target;
       sheet.place[target] = stays;
       sheet.drift[std::size_t(stays)] = drift;
+      sheet.farthest = std::max(sheet.farthest, drift);
     }
   }
 
+  static constexpr int kSpreadRounds = 2;
+  static constexpr int kSpreadRings = 4, kSpreadDirections = 16;  // places that are tried
+  static constexpr double kSpreadGain = 0.05;                     // of `apart`: what a move has to gain
+  static constexpr double kSpreadChange = 0.1;    // what a change of the contours counts against a distance
   static constexpr double kClearer = 0.6;         // of the distance of two columns: what their merge must leave free
   static constexpr double kResolution = 0.03125;  // of the limit: pieces of contours that are not split further
 

@@ -70,6 +70,7 @@ inline constexpr int kPasses = 2;
 inline constexpr double kColumnShare = 1.5;        // columns nearer than this are merged ...
 inline constexpr double kColumnDeviation = 0.97;   // ... within this deviation ...
 inline constexpr double kClearanceShare = 0.7;     // ... and not if a vertex gets nearer than this to an edge
+inline constexpr double kApartShare = 1.1;         // columns nearer than this to something are moved away from it
 inline constexpr double kResolutionShare = 0.005;  // resolution of the measured deviation
 
 /// Splits edges longer than `longest` pitches (about) where they cross lines x = k step or y = k step, whichever they
@@ -129,12 +130,14 @@ inline void subdivide(Outline& outline, double longest) {
   return outline;
 }
 
-/// Merges contour vertices that are near to each other in all slabs (see ColumnMerger), and measures the deviation of
-/// the slabs concerned. Slabs that are then too far from their slices are left out of it, and all is done again.
+/// Merges contour vertices that are near to each other in all slabs, or moves them apart (see ColumnMerger), and
+/// measures the deviation of the slabs concerned. Slabs that are then too far from their slices are left out of it, and
+/// all is done again.
 inline void merge_columns(Contours& contours, const LayerRegions& input, double eps, double longest,
                           Diagnostics& diagnostics, const Progress& progress) {
   if (!(longest < double(kGridLimit))) return;
-  const ColumnLimits limits{kColumnShare * eps, kColumnDeviation * eps, kClearanceShare * eps, longest};
+  const ColumnLimits limits{kColumnShare * eps, kColumnDeviation * eps, kClearanceShare * eps, longest,
+                            kApartShare * eps};
   std::vector<char> frozen(contours.outlines.size(), 0), changed;
   constexpr int kAttempts = 4;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {

@@ -47,11 +47,11 @@ public:
     for (const Tet& t : mesh.tets)
       for (const std::int32_t v : t) ++degree[std::size_t(v)];
     for (std::size_t v = 0; v < points_.size(); ++v) at_[v].reserve(std::size_t(degree[v]) + 4);
-    ratio_.resize(mesh.tets.size());
+    badness_.resize(mesh.tets.size());
     for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
       poll();
       for (const std::int32_t v : mesh.tets[t]) at_[std::size_t(v)].push_back(std::int32_t(t));
-      ratio_[t] = ratio(mesh.tets[t]);
+      badness_[t] = badness(mesh.tets[t]);
     }
     changed_.assign(points_.size(), 1);
     gone_.assign(points_.size(), kNone);
@@ -101,8 +101,12 @@ private:
     const auto minor = [&](int i, int j) { return Int128(x[i]) * y[j] - Int128(x[j]) * y[i]; };
     return z[2] * minor(0, 1) + z[0] * minor(1, 2) - z[1] * minor(0, 2);
   }
-  /// R/3r in plain floating point: it ranks, and decides nothing else.
-  [[nodiscard]] double ratio(const Tet& t) const {
+  [[nodiscard]] static double norm(const std::array<double, 3>& v) {
+    return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+  }
+  /// How bad a tet is: R/3r, or what its sharpest dihedral angle (or that of its flattest edge) amounts to, if that is
+  /// more. In plain floating point: it ranks, and decides nothing else.
+  [[nodiscard]] double badness(const Tet& t) const {
     ++work_;
     const std::array<double, 3>& o = xyz_[std::size_t(t[0])];
     std::array<double, 3> e[3];
@@ -113,7 +117,7 @@ private:
       square[i] = e[i][0] * e[i][0] + e[i][1] * e[i][1] + e[i][2] * e[i][2];
     }
     std::array<double, 3> n[3], sum{}, center{};
-    double areas = 0;
+    double area[3], areas = 0;
     for (std::size_t i = 0; i < 3; ++i) {
       const auto &u = e[(i + 1) % 3], &v = e[(i + 2) % 3];
       n[i] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
@@ -121,14 +125,25 @@ private:
         sum[k] += n[i][k];
         center[k] += square[i] * n[i][k];
       }
-      areas += std::sqrt(n[i][0] * n[i][0] + n[i][1] * n[i][1] + n[i][2] * n[i][2]);
+      area[i] = norm(n[i]);
+      areas += area[i];
     }
     const double det = e[0][0] * n[0][0] + e[0][1] * n[0][1] + e[0][2] * n[0][2];
     if (!(det > 0)) return std::numeric_limits<double>::infinity();
-    areas += std::sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]);
-    return std::sqrt(center[0] * center[0] + center[1] * center[1] + center[2] * center[2]) * areas / (6 * det * det);
+    const double base = norm(sum);
+    areas += base;
+    const double r = norm(center) * areas / (6 * det * det);
+    if (r < kLookAtAngles) return r;
+    // The sine of the angle at an edge: volume and length of the edge over the areas of the two faces.
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
+      const std::array<double, 3> opposite{e[k][0] - e[j][0], e[k][1] - e[j][1], e[k][2] - e[j][2]};
+      least = std::min({least, std::sqrt(square[i]) / (area[j] * area[k]), norm(opposite) / (base * area[i])});
+    }
+    return std::max(r, kAngleWeight / (least * det));
   }
-  [[nodiscard]] static double cost(double ratio) { return ratio < 1e8 ? ratio * ratio * ratio : 1e24; }
+  [[nodiscard]] static double cost(double badness) { return badness < 1e8 ? badness * badness * badness : 1e24; }
 
   /// The work is bounded by a count, not by time: the result does not depend on the machine.
   [[nodiscard]] bool exhausted() const { return double(work_) > options_.most_work; }
@@ -162,14 +177,14 @@ private:
       mesh_.tets.push_back(tet);
       mesh_.tet_slab.push_back(slab);
       mesh_.tet_region.push_back(region);
-      ratio_.push_back(r);
+      badness_.push_back(r);
     } else {
       t = unused_.back();
       unused_.pop_back();
       mesh_.tets[std::size_t(t)] = tet;
       mesh_.tet_slab[std::size_t(t)] = slab;
       mesh_.tet_region[std::size_t(t)] = region;
-      ratio_[std::size_t(t)] = r;
+      badness_[std::size_t(t)] = r;
     }
     for (const std::int32_t v : tet) {
       at_[std::size_t(v)].push_back(t);
@@ -188,7 +203,7 @@ private:
     std::vector<std::int32_t> old;
     std::vector<Tet> tets;
     std::vector<Cell> cells;
-    std::vector<double> ratios;
+    std::vector<double> badnesses;
   };
   [[nodiscard]] Cell cell(std::int32_t t) const {
     return {mesh_.tet_slab[std::size_t(t)], mesh_.tet_region[std::size_t(t)]};
@@ -197,10 +212,10 @@ private:
   /// are those of one slab, or of two slabs in this order.
   void offer(const std::vector<std::int32_t>& old, double before) {
     double after = 0;
-    ratios_.clear();
+    badnesses_.clear();
     for (const Tet& t : tets_) {
-      ratios_.push_back(ratio(t));
-      after += cost(ratios_.back());
+      badnesses_.push_back(badness(t));
+      after += cost(badnesses_.back());
     }
     if (!(before - after > kLeastGain * before + best_.gain)) return;
     // Positive tets that add up to the same volume in each slab fill the same space once.
@@ -218,7 +233,7 @@ private:
     best_.old = old;
     best_.tets = tets_;
     best_.cells = cells_;
-    best_.ratios = ratios_;
+    best_.badnesses = badnesses_;
   }
   /// The tets around edge ab in order, if they are a closed ring of one region. `ring_` gets the vertices around it,
   /// counter-clockwise seen from b.
@@ -281,9 +296,9 @@ private:
           double sum = best[i][j] + best[j][k];
           if (!(sum < best[i][k]) || !(sum < limit)) continue;
           const Tet up{ring[i], ring[j], ring[k], b}, down{ring[i], ring[k], ring[j], a};
-          const double ru = ratio(up);
+          const double ru = badness(up);
           if (!std::isfinite(ru)) continue;
-          const double rd = ratio(down);
+          const double rd = badness(down);
           if (!std::isfinite(rd)) continue;
           sum += cost(ru) + cost(rd);
           if (sum < best[i][k]) {
@@ -311,7 +326,7 @@ private:
   void offer_edge_removal(std::int32_t a, std::int32_t b) {
     if (!find_ring(a, b)) return;
     double before = 0;
-    for (const std::int32_t t : around_) before += cost(ratio_[std::size_t(t)]);
+    for (const std::int32_t t : around_) before += cost(badness_[std::size_t(t)]);
     tets_.clear();
     cells_.clear();
     if (triangulate_ring(ring_, a, b, cell(around_.front()), before)) offer(around_, before);
@@ -338,7 +353,7 @@ private:
       links[side].push_back(link(tet, a, b));
       if (links[side].size() + 2 > kLongestRing) return;
       old_.push_back(t);
-      before += cost(ratio_[std::size_t(t)]);
+      before += cost(badness_[std::size_t(t)]);
     }
     std::array<std::int32_t, 2> ends{kNone, kNone};  // where the path of the first slab starts and ends
     tets_.clear();
@@ -393,14 +408,14 @@ private:
     tets_.push_back({e, d, c, a});
     old_.assign({t, other});
     cells_.assign(3, cell(t));
-    offer(old_, cost(ratio_[std::size_t(t)]) + cost(ratio_[std::size_t(other)]));
+    offer(old_, cost(badness_[std::size_t(t)]) + cost(badness_[std::size_t(other)]));
   }
   bool apply_best() {
     if (best_.old.empty()) return false;
     ++stamp_;
     for (const std::int32_t t : best_.old) remove(t);
     for (std::size_t i = 0; i < best_.tets.size(); ++i)
-      add(best_.tets[i], best_.cells[i].slab, best_.cells[i].region, best_.ratios[i]);
+      add(best_.tets[i], best_.cells[i].slab, best_.cells[i].region, best_.badnesses[i]);
     return true;
   }
   bool flip(std::int32_t t) {
@@ -418,24 +433,24 @@ private:
     return apply_best();
   }
   /// What is worse comes first, but by classes only: within a class neighbors in memory stay together.
-  [[nodiscard]] static int rank(double ratio) { return ratio > kVeryBad ? 0 : (ratio > kBad ? 1 : 2); }
+  [[nodiscard]] static int rank(double badness) { return badness > kVeryBad ? 0 : (badness > kBad ? 1 : 2); }
   /// Tets above the target that something has changed at since they were tried, the worst class first.
   template <class Try>
   std::size_t for_bad(double target, std::vector<std::uint32_t>& tried, Try&& attempt) {
     tried.resize(mesh_.tets.size(), 0);
     std::vector<std::pair<int, std::int32_t>> bad;
     for (std::size_t t = 0; t < mesh_.tets.size(); ++t) {
-      if (!alive(std::int32_t(t)) || !(ratio_[t] > target)) continue;
+      if (!alive(std::int32_t(t)) || !(badness_[t] > target)) continue;
       std::uint32_t last = 0;
       for (const std::int32_t v : mesh_.tets[t]) last = std::max(last, changed_[std::size_t(v)]);
-      if (last > tried[t]) bad.emplace_back(rank(ratio_[t]), std::int32_t(t));
+      if (last > tried[t]) bad.emplace_back(rank(badness_[t]), std::int32_t(t));
     }
     std::sort(bad.begin(), bad.end());
     std::size_t done = 0;
     for (const auto& [r, t] : bad) {
       poll();
       if (exhausted()) break;
-      if (!alive(t) || !(ratio_[std::size_t(t)] > target)) continue;
+      if (!alive(t) || !(badness_[std::size_t(t)] > target)) continue;
       if (attempt(t)) ++done;
       tried.resize(mesh_.tets.size(), 0);
       if (alive(t)) tried[std::size_t(t)] = stamp_;
@@ -483,7 +498,7 @@ private:
     set_point(v, p);
     double sum = 0;
     for (const std::int32_t t : at_[std::size_t(v)]) {
-      const double r = ratio(mesh_.tets[std::size_t(t)]);
+      const double r = badness(mesh_.tets[std::size_t(t)]);
       sum += cost(r);
       if (!std::isfinite(r) || !(sum < limit)) {
         sum = std::numeric_limits<double>::infinity();
@@ -507,7 +522,7 @@ private:
     }
     ++stamp_;
     for (const std::int32_t t : at_[std::size_t(v)]) {
-      ratio_[std::size_t(t)] = ratio(mesh_.tets[std::size_t(t)]);
+      badness_[std::size_t(t)] = badness(mesh_.tets[std::size_t(t)]);
       for (const std::int32_t u : mesh_.tets[std::size_t(t)]) changed_[std::size_t(u)] = stamp_;
     }
     return true;
@@ -520,7 +535,7 @@ private:
     double current = 0;
     double shortest = std::numeric_limits<double>::infinity();
     for (const std::int32_t t : at_[std::size_t(v)]) {
-      current += cost(ratio_[std::size_t(t)]);
+      current += cost(badness_[std::size_t(t)]);
       for (const std::int32_t u : mesh_.tets[std::size_t(t)])
         if (u != v && plane(u) == plane(v)) shortest = std::min(shortest, distance(start, point(u)));
     }
@@ -582,8 +597,8 @@ private:
     // Movable vertices of bad tets.
     std::vector<double> worst(points_.size(), 0);
     for (std::size_t t = 0; t < mesh_.tets.size(); ++t)
-      if (alive(std::int32_t(t)) && ratio_[t] > floor_)
-        for (const std::int32_t v : mesh_.tets[t]) worst[std::size_t(v)] = std::max(worst[std::size_t(v)], ratio_[t]);
+      if (alive(std::int32_t(t)) && badness_[t] > floor_)
+        for (const std::int32_t v : mesh_.tets[t]) worst[std::size_t(v)] = std::max(worst[std::size_t(v)], badness_[t]);
     std::vector<std::pair<int, std::int32_t>> order;
     tried_smooth_.resize(points_.size(), 0);
     for (std::size_t v = 0; v < points_.size(); ++v)
@@ -610,8 +625,8 @@ private:
   bool collapse(std::int32_t v, std::int32_t u) {
     double worst = 0, sum_before = 0, sum_after = 0;
     for (const std::int32_t t : at_[std::size_t(v)]) {
-      worst = std::max(worst, ratio_[std::size_t(t)]);
-      sum_before += ratio_[std::size_t(t)] - kGoodRatio;
+      worst = std::max(worst, badness_[std::size_t(t)]);
+      sum_before += badness_[std::size_t(t)] - kGoodRatio;
     }
     const double limit = std::max(worst, kTolerable);
     for (const std::int32_t t : at_[std::size_t(v)]) {
@@ -619,7 +634,7 @@ private:
       if (has(tet, u)) continue;
       std::replace(tet.begin(), tet.end(), v, u);
       if (volume(tet) <= 0) return false;
-      const double r = ratio(tet);
+      const double r = badness(tet);
       sum_after += r - kGoodRatio;
       if (!(r <= limit)) return false;
     }
@@ -645,7 +660,7 @@ private:
       remove(t);
       if (has(tet, u)) continue;
       std::replace(tet.begin(), tet.end(), v, u);
-      add(tet, slab, region, ratio(tet));
+      add(tet, slab, region, badness(tet));
     }
     gone_[std::size_t(v)] = u;
     return true;
@@ -768,6 +783,8 @@ private:
     }
   }
 
+  static constexpr double kLookAtAngles = 3.5;    ///< R/3r; angles of better tets are not small
+  static constexpr double kAngleWeight = 0.6;     ///< over the sine of a dihedral angle: 4 degrees are as bad as 8.6
   static constexpr double kVeryBad = 8;           ///< R/3r
   static constexpr double kBad = 3;               ///< R/3r; what is above is worked on first
   static constexpr double kLeastGain = 3e-3;      ///< share of the cost that a flip or a move has to gain
@@ -788,7 +805,7 @@ private:
   std::vector<std::array<double, 3>> xyz_;  // #V, the same with heights, in pitches; exact but for the heights
   std::unordered_map<std::int32_t, Neighbors> slide_;
   std::vector<std::vector<std::int32_t>> at_;  // #V, tets
-  std::vector<double> ratio_;                  // #T
+  std::vector<double> badness_;                // #T
   std::vector<std::int32_t> unused_;
   std::vector<std::uint32_t> changed_;  // #V, stamp of the last change around
   std::vector<std::int32_t> gone_;      // #V, the vertex it went into
@@ -805,7 +822,7 @@ private:
   std::vector<Tet> tets_;
   std::vector<Cell> cells_;
   std::array<std::vector<std::pair<std::int32_t, std::int32_t>>, 2> slab_links_;
-  std::vector<double> ratios_;
+  std::vector<double> badnesses_;
 };
 
 }  // namespace slice2mesh::detail
