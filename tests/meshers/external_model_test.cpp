@@ -185,6 +185,8 @@ TEST_CASE("a program that fails is a typed error with its last words, and leaves
   CHECK_THROWS_WITH(run("echo one; echo two; exit 5 # {in}"), "tetrahedralize: mesher ended with code 5: two");
   CHECK_THROWS_WITH(run(": {in}"), "tetrahedralize: mesher left no mesh");
   CHECK_THROWS_WITH(run(": {in} {out}"), "tetrahedralize: mesher left no mesh");
+  CHECK_THROWS_WITH(run(": {in}; rm -r {dir}"), "tetrahedralize: mesher left no mesh");
+  CHECK_THROWS_WITH(run(": {in} {out}; rm -r {dir}"), "tetrahedralize: mesher left no mesh");
   CHECK_THROWS_WITH(run(": {in}; touch a.msh b.msh"),
                     "tetrahedralize: mesher left 2 meshes: say with {out} which one it is");
   CHECK_THROWS_AS(run(": {in}; echo nonsense > {out}"), TetrahedralizationError);

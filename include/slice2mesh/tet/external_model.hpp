@@ -186,11 +186,14 @@ private:
   [[nodiscard]] std::string output_of(const std::filesystem::path& directory, const detail::CommandTemplate& filled,
                                       const ChildResult& run) const {
     std::vector<std::string> found;
+    std::error_code code;  // a directory that the program took away has no mesh either
     if (!filled.output.empty()) {
-      if (std::filesystem::exists(directory / filled.output)) found.push_back((directory / filled.output).string());
+      if (std::filesystem::exists(directory / filled.output, code))
+        found.push_back((directory / filled.output).string());
     } else {
-      for (const auto& entry : std::filesystem::directory_iterator(directory)) {
-        const std::string path = entry.path().string();
+      std::filesystem::directory_iterator entry(directory, code);
+      for (; !code && entry != std::filesystem::directory_iterator(); entry.increment(code)) {
+        const std::string path = entry->path().string();
         const std::string extension = detail::extension(path);
         if (extension == "msh" || extension == "mesh" || extension == "ele") found.push_back(path);
       }
