@@ -107,7 +107,7 @@ struct MshContent {
 
 /// Reads both kinds of MSH 4.1, section by section.
 [[nodiscard]] inline MshContent read_msh(const std::string& file, bool binary) {
-  const std::map<std::array<int, 2>, std::size_t> kNodes = {{{2, 2}, 3}, {{3, 4}, 4}, {{2, 9}, 6}, {{3, 11}, 10}};
+  const std::map<std::array<int, 2>, std::size_t> node_counts = {{{2, 2}, 3}, {{3, 4}, 4}, {{2, 9}, 6}, {{3, 11}, 10}};
   MshContent content;
   std::size_t at = 0;
   Reader text(file);
@@ -179,8 +179,8 @@ struct MshContent {
     const int dimension = take_int();
     const int entity = take_int();
     const int type = take_int();
-    const auto found = kNodes.find({dimension, type});
-    REQUIRE(found != kNodes.end());
+    const auto found = node_counts.find({dimension, type});
+    REQUIRE(found != node_counts.end());
     for (std::size_t n = take_size(); n > 0; --n) {
       std::vector<std::size_t> element(found->second + 1);
       for (std::size_t& value : element) value = take_size();
