@@ -126,7 +126,8 @@ private:
     GridPoint a, b;
     Nearest na, nb;
   };
-  double worst = 0;
+  // What some point has, and what no point exceeds. Pieces are judged by the first: errors do not add up.
+  double worst = 0, bounded = 0;
   std::vector<Piece> stack;
   std::vector<Nearest> at(from.vertices.size());
   Poll listen(poll, 256);
@@ -152,7 +153,7 @@ private:
       }
       if (bound <= worst) continue;
       if (bound <= worst + resolution || length <= 2) {
-        worst = bound;
+        bounded = std::max(bounded, bound);
         continue;
       }
       const GridPoint m{p.a.x + (p.b.x - p.a.x) / 2, p.a.y + (p.b.y - p.a.y) / 2};
@@ -162,7 +163,7 @@ private:
       stack.push_back({m, p.b, nm, p.nb});
     }
   }
-  return worst;
+  return std::max(worst, bounded);
 }
 
 /// Hausdorff distance of two outlines in pitches, both ways. `poll` is called now and then.

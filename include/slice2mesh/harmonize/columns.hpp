@@ -29,7 +29,8 @@ namespace slice2mesh::detail {
 /// Lengths in pitches.
 struct ColumnLimits {
   double near = 0;            ///< columns nearer than this are merged
-  double deviation = 0;       ///< no slab gets farther than this from its slice, nor its slice from it
+  double deviation = 0;       ///< no slab gets farther than this from its slice, nor its slice from it ...
+  double most = 0;            ///< ... or than this where the slice is farther than that before
   double clearance = 0;       ///< no vertex gets nearer than this to an edge through a merge of columns farther apart
   double longest = HUGE_VAL;  ///< no edge gets longer than this
   double apart = 0;           ///< columns nearer than this to a vertex or an edge are moved away; 0: none is
@@ -487,7 +488,7 @@ private:
     for (const auto& edge : now_)
       if (!near_slice(*sheet.slice, edge.first, edge.second)) return false;
     // Other edges of the contour that may be nearest to a part of the slice.
-    const auto pad = std::int64_t(std::ceil(2 * limits_.deviation + reach_)) + 1;
+    const auto pad = std::int64_t(std::ceil(2 * limits_.most + reach_)) + 1;
     const std::size_t own = now_.size();
     const auto is_own = [&](const Outline::Edge& f) {
       return f.a == step.v || f.b == step.v || f.a == step.w || f.b == step.w;
@@ -499,7 +500,7 @@ private:
       });
     std::sort(now_.begin() + std::ptrdiff_t(own), now_.end());
     now_.erase(std::unique(now_.begin() + std::ptrdiff_t(own), now_.end()), now_.end());
-    const auto wide = std::int64_t(std::ceil(limits_.deviation)) + 1;
+    const auto wide = std::int64_t(std::ceil(limits_.most)) + 1;
     seen_.clear();
     for (const auto& edge : old_)
       sheet.slice->for_each_near(edge.first, edge.second, wide, [&](std::size_t f) { seen_.push_back(f); });
@@ -540,7 +541,6 @@ private:
 
   /// Is every point of the part ab of the slice that the old edges were near to, near to the edges of now?
   [[nodiscard]] bool slice_is_near(const GridPoint& from, const GridPoint& to) const {
-    const double limit = limits_.deviation;
     std::vector<std::pair<GridPoint, GridPoint>> stack{{from, to}};
     while (!stack.empty()) {
       const auto [a, b] = stack.back();
@@ -549,7 +549,8 @@ private:
       const GridPoint m{a.x + (b.x - a.x) / 2, a.y + (b.y - a.y) / 2};
       double before = HUGE_VAL;
       for (const auto& e : old_) before = std::min(before, segment_distance(m, e.first, e.second));
-      if (before - length / 2 > limit) continue;
+      if (before - length / 2 > limits_.most) continue;
+      const double limit = before > limits_.deviation ? limits_.most : limits_.deviation;
       bool covered = false;
       for (const auto& e : now_) {
         covered = segment_distance(a, e.first, e.second) <= limit && segment_distance(b, e.first, e.second) <= limit;

@@ -69,6 +69,7 @@ inline constexpr double kSnapShare = 0.45;           // vertices this near to on
 inline constexpr int kPasses = 2;
 inline constexpr double kColumnShare = 1.5;        // columns nearer than this are merged ...
 inline constexpr double kColumnDeviation = 0.97;   // ... within this deviation ...
+inline constexpr double kColumnMost = 0.995;       // ... or this one where there was more before ...
 inline constexpr double kClearanceShare = 0.7;     // ... and not if a vertex gets nearer than this to an edge
 inline constexpr double kApartShare = 1.1;         // columns nearer than this to something are moved away from it
 inline constexpr double kResolutionShare = 0.005;  // resolution of the measured deviation
@@ -136,8 +137,8 @@ inline void subdivide(Outline& outline, double longest) {
 inline void merge_columns(Contours& contours, const LayerRegions& input, double eps, double longest,
                           Diagnostics& diagnostics, const Progress& progress) {
   if (!(longest < double(kGridLimit))) return;
-  const ColumnLimits limits{kColumnShare * eps, kColumnDeviation * eps, kClearanceShare * eps, longest,
-                            kApartShare * eps};
+  const ColumnLimits limits{
+      kColumnShare * eps, kColumnDeviation * eps, kColumnMost * eps, kClearanceShare * eps, longest, kApartShare * eps};
   std::vector<char> frozen(contours.outlines.size(), 0), changed;
   constexpr int kAttempts = 4;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
