@@ -28,17 +28,21 @@ def torture_table(files):
     for file in files:
         for line in pathlib.Path(file).read_text(errors="replace").splitlines():
             cells = [c.strip() for c in line.strip().strip("|").split("|")]
-            if line.startswith("| ") and len(cells) == 8 and cells[1].isdigit() and cells[0] != "all":
-                name, numbers = cells[0], [float(c) for c in cells[1:7]]
-                what[name] = cells[7]
-                old = rows.setdefault(name, [0.0] * 6)
-                rows[name] = [a + b for a, b in zip(old[:5], numbers[:5])] + [max(old[5], numbers[5])]
-    lines = ["| class | inputs | certified | typed errors | failures | slowest, s |", "|---|---|---|---|---|---|"]
-    for name, row in rows.items():
-        lines.append(f"| {what[name]} | {row[0]:.0f} | {row[1]:.0f} | {row[2]:.0f} | {row[3]:.0f} | {row[5]:.1f} |")
-    total = [sum(r[i] for r in rows.values()) for i in range(4)]
-    slowest = max((r[5] for r in rows.values()), default=0)
-    lines.append(f"| **all** | {total[0]:.0f} | {total[1]:.0f} | {total[2]:.0f} | {total[3]:.0f} | {slowest:.1f} |")
+            if line.startswith("| ") and len(cells) == 9 and cells[1].isdigit() and cells[0] != "all":
+                name, numbers = cells[0], [float(c) for c in cells[1:8]]
+                what[name] = cells[8]
+                old = rows.setdefault(name, [0.0] * 7)
+                rows[name] = [a + b for a, b in zip(old[:5], numbers[:5])]
+                rows[name] += [max(a, b) for a, b in zip(old[5:], numbers[5:])]
+    lines = ["| class | inputs | certified | typed errors | failures | slowest, s | silence, s |",
+             "|---|---|---|---|---|---|---|"]
+
+    def line(name, r):
+        return f"| {name} | {r[0]:.0f} | {r[1]:.0f} | {r[2]:.0f} | {r[3]:.0f} | {r[5]:.1f} | {r[6]:.1f} |"
+
+    lines += [line(what[name], row) for name, row in rows.items()]
+    columns = list(zip(*rows.values()))
+    lines.append(line("**all**", [sum(c) for c in columns[:5]] + [max(c) for c in columns[5:]]))
     return "\n".join(lines) + "\n"
 
 

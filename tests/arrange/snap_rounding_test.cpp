@@ -2,6 +2,8 @@
 #include "slice2mesh/arrange/snap_rounding.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <map>
 #include <random>
 #include <set>
@@ -226,5 +228,61 @@ TEST_CASE("an index over the full range of coordinates visits every cell of a ne
       REQUIRE(cells.count(buckets.of({x, y - 1})) == 1);
     }
     REQUIRE(cells.count(buckets.of({width, y})) == 1);
+  }
+}
+
+TEST_CASE("a segment that the others have too is not led through their points near by, one beside it is") {
+  // A fan of spokes, each of three pieces: the points of neighboring spokes are near each other.
+  constexpr int kSpokes = 30, kPieces = 3;
+  std::vector<TaggedSegment> segments;
+  Attachment attachment;
+  attachment.near = kAttachSteps * double(kContourStep);
+  attachment.strong_tags = 1;
+  attachment.strong_near = 3e4 * double(kUnit);
+  std::size_t with_same = 0, with_beside = 0;
+  for (const bool same : {true, false}) {
+    segments.clear();
+    attachment.strong.clear();
+    for (int i = 0; i < kSpokes; ++i)
+      for (std::int32_t tag = 0; tag < 2; ++tag) {
+        // Those beside are turned by half a step of the fan and end nearer to the center.
+        const double angle = 0.01 * (i + (same || tag == 1 ? 0 : 0.5)), length = same || tag == 1 ? 1e6 : 0.9e6;
+        GridPoint last{};
+        for (int k = 1; k <= kPieces; ++k) {
+          const double r = length * k / kPieces;
+          const GridPoint next{std::llround(r * std::cos(angle)) * kUnit, std::llround(r * std::sin(angle)) * kUnit};
+          segments.push_back({last, next, tag});
+          if (tag == 1) attachment.strong.push_back(next);
+          last = next;
+        }
+      }
+    const Arrangement arrangement = snap_round(segments, attachment);
+    check_planar(arrangement);
+    (same ? with_same : with_beside) = arrangement.edges.size();
+    if (same) CHECK(arrangement.crossings == 0);
+  }
+  CHECK(with_same == kSpokes * kPieces);
+  CHECK(with_beside > 2 * kSpokes * kPieces);
+}
+
+TEST_CASE("snap rounding asks whether to go on, the more often the more there is to do, and ends when told to") {
+  struct Stop {};
+  std::mt19937 random(5);
+  const std::vector<TaggedSegment> segments = random_loops(random, 150, 1 << 20);
+  std::size_t calls = 0, stop = std::size_t(-1);
+  const std::function<void()> poll = [&] {
+    if (calls++ == stop) throw Stop();
+  };
+  Attachment attachment;
+  attachment.near = kAttachSteps * double(kContourStep);
+  const Arrangement all = snap_round(segments, attachment, poll);
+  CHECK(all.vertices == snap_round(segments, attachment).vertices);
+  REQUIRE(all.crossings > 10000);
+  REQUIRE(calls >= 3);
+  const std::size_t most = calls;
+  for (stop = 0; stop < most; ++stop) {
+    calls = 0;
+    CHECK_THROWS_AS(snap_round(segments, attachment, poll), Stop);
+    CHECK(calls == stop + 1);
   }
 }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "slice2mesh/harmonize/harmonize.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <vector>
 
 #include "plc/chain.hpp"
@@ -282,6 +284,36 @@ TEST_CASE("a sliver of a region that the planes cannot tell from nothing vanishe
     for (const Outline::Edge& e : attached.edges) CHECK((e.left == kNone) != (e.right == kNone));
     CHECK(detail::doubled_area(attached, 1) == 0);
   }
+}
+
+TEST_CASE("edges that meet at a sharp corner are split at the same distances from it") {
+  constexpr int kTriangles = 9;
+  std::vector<Polyline> fan;
+  for (int i = 0; i < kTriangles; ++i) {
+    const double a = 0.1 * i, b = a + 0.04;
+    fan.push_back(loop({{0, 0}, {5.2 * std::cos(a), 5.2 * std::sin(a)}, {5.2 * std::cos(b), 5.2 * std::sin(b)}}));
+  }
+  const Harmonized h = harmonize_stack(stack_of({fan, fan}), 0.1);
+  check_all(h, true);
+  const double pitch = h.contours.grid.pitch, longest = 0.5 / pitch;
+  Outline outline = h.input.outlines[0];
+  detail::subdivide(outline, longest);
+  detail::normalize(outline);
+  check_valid(outline);
+  std::map<std::int32_t, int> degree;
+  for (const Outline::Edge& e : outline.edges) {
+    ++degree[e.a], ++degree[e.b];
+    CHECK(detail::distance(outline.vertices[std::size_t(e.a)], outline.vertices[std::size_t(e.b)]) < 1.001 * longest);
+  }
+  const auto center =
+      std::max_element(degree.begin(), degree.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  CHECK(center->second == 2 * kTriangles);
+  std::map<long long, int> at;  // vertices per distance from the center, in nanometers
+  for (const GridPoint& p : outline.vertices)
+    ++at[std::llround(detail::distance(p, outline.vertices[std::size_t(center->first)]) * pitch * 1e6)];
+  CHECK(at.size() > 5);
+  for (const auto& [r, count] : at)
+    if (r > 0) CHECK(count == 2 * kTriangles);
 }
 
 TEST_CASE("a tolerance that is no length is refused") {

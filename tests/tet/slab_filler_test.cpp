@@ -261,6 +261,27 @@ TEST_CASE("the two chains of a wall may be bent apart by a few pitches") {
   CHECK(tried > 150);
 }
 
+TEST_CASE("a wall may be split into any number of pieces at its bottom and at its top") {
+  // One long edge, and a saw along it in the slices below and above, with other teeth.
+  const auto saw = [](double tooth) {
+    std::vector<Point2> points{{0, 0}, {20, 0}};
+    for (double x = 20; x >= 0; x -= tooth) {
+      points.push_back({x, 2.9});
+      points.push_back({x - tooth / 2, 2.8});
+    }
+    return loop(points);
+  };
+  ChainOptions options;
+  options.contour_size = 1000;
+  options.interior = false;
+  const Chain chain = run_chain(stack_of({{saw(0.2)}, {rectangle(0, 0, 20, 3)}, {saw(0.13)}}), options);
+  std::size_t most = 0;
+  for (std::size_t e = 0; e < chain.contours.outlines[1].edges.size(); ++e)
+    most = std::max(most, std::min(chain.planes[1].above_chain[e].size(), chain.planes[2].below_chain[e].size()));
+  CHECK(most > 80);
+  check_fill(chain.plc());
+}
+
 TEST_CASE("the filler needs inner faces and keeps to its budget") {
   const Chain chain = run_chain(stack_of({{rectangle(0, 0, 4, 3)}, {rectangle(0, 0, 4, 3)}}));
   CHECK_THROWS_AS(SlabFiller{}(chain.plc(false)), TetrahedralizationError);

@@ -611,7 +611,8 @@ inline Cases support_lines(std::uint32_t seed) {
         }
         slices.push_back(slice);
       }
-      add(cases, "random lines " + std::to_string(i) + ", radius " + text(radius), stack_of(slices), false);
+      add(cases, "random lines " + std::to_string(i) + ", radius " + text(radius), stack_of(slices), false,
+          allowed_for(2 * radius, 8));
       Options& options = cases.back().options;
       options.supports.radius = Length::mm(radius);
       options.supports.cap = static_cast<slice2mesh::LineCap>(i);

@@ -3,15 +3,20 @@
 //
 //   torture_driver [--seeds N] [--first N] [--class NAME] [--case TEXT] [--limit SECONDS] [--memory MB] [--save
 //   DIRECTORY]
-//                  [--large] [--list]
+//                  [--silence SECONDS] [--large] [--list]
+//   torture_driver --file FILE.cli [--silence SECONDS] [--eps MM]
 //
-// Ends with 1 if any input ends otherwise than its class allows, crashes, or is over the limit.
+// "silence" is the longest time between two calls of the progress function, in processor time of the thread, so that
+// other programs do not count; with --silence all that are longer are printed with their stage. --file does that for
+// one slice file. Ends with 1 if any input ends otherwise than its class allows, crashes, or is over the limit.
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <array>
+#include <charconv>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -22,7 +27,9 @@
 #include <string>
 #include <vector>
 
+#include "slice2mesh/cli/read_cli.hpp"
 #include "slice2mesh/cli/write_cli.hpp"
+#include "slice2mesh/quality/quality.hpp"
 #include "torture/generators.hpp"
 #include "torture/pipeline_runner.hpp"
 
@@ -38,6 +45,9 @@ struct Settings {
   unsigned limit = 60;       // seconds per input
   unsigned long memory = 0;  // MB of address space per input
   std::string save;
+  double silence = 0;  // seconds; longer ones are printed; 0: none
+  std::string file;
+  double eps = -1;  // mm, for `file`; below 0: the default
   bool large = false;
   bool list = false;
 };
@@ -45,8 +55,46 @@ struct Settings {
 struct Ended {
   std::string how;
   std::string message;
-  double seconds = 0;
+  double seconds = 0, silence = 0;
 };
+
+// How long the progress function is not called, in processor time.
+class SilenceMeter {
+public:
+  explicit SilenceMeter(double printed) : printed_(printed), last_(now()) {}
+  void call(const char* stage, double share) {
+    const double time = now(), silence = time - last_;
+    if (printed_ > 0 && silence > printed_) {
+      std::printf("     %.2f s of silence between %s %.3f and %s %.3f\n", silence, stage_, share_, stage, share);
+      std::fflush(stdout);
+    }
+    if (silence > longest_) longest_ = silence;
+    stage_ = stage;
+    share_ = share;
+    last_ = time;
+  }
+  [[nodiscard]] double longest() const { return longest_; }
+
+private:
+  static double now() {
+    timespec time{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+  }
+  double printed_, last_, longest_ = 0, share_ = 0;
+  const char* stage_ = "begin";
+};
+
+// The pipeline with a meter.
+Outcome run_metered(const slice2mesh::SliceStack& stack, slice2mesh::Options options, SilenceMeter& meter) {
+  options.progress = [&](slice2mesh::Stage stage, double share) {
+    meter.call(to_string(stage), share);
+    return true;
+  };
+  Outcome outcome = run_pipeline(stack, options);
+  meter.call("end", 1);
+  return outcome;
+}
 
 // One input in a child process: what it ends with, crashes and time-outs included.
 Ended run_apart(const TortureCase& input, const Settings& settings) {
@@ -61,8 +109,10 @@ Ended run_apart(const TortureCase& input, const Settings& settings) {
       const rlimit limit{settings.memory << 20, settings.memory << 20};
       setrlimit(RLIMIT_AS, &limit);
     }
-    const Outcome outcome = run_pipeline(input.stack, input.options);
-    const std::string text = std::string(to_string(outcome.ending)) + "\n" + outcome.message;
+    SilenceMeter meter(settings.silence);
+    const Outcome outcome = run_metered(input.stack, input.options, meter);
+    const std::string text =
+        std::string(to_string(outcome.ending)) + "\n" + std::to_string(meter.longest()) + "\n" + outcome.message;
     const ssize_t written = write(ends[1], text.data(), std::min<std::size_t>(text.size(), 4000));
     _exit(written > 0 ? 0 : 1);
   }
@@ -82,7 +132,11 @@ Ended run_apart(const TortureCase& input, const Settings& settings) {
   } else {
     const std::size_t line = text.find('\n');
     ended.how = text.empty() ? "CRASH" : text.substr(0, line);
-    if (line != std::string::npos) ended.message = text.substr(line + 1);
+    const std::size_t next = line == std::string::npos ? line : text.find('\n', line + 1);
+    if (next != std::string::npos) {
+      std::from_chars(text.data() + line + 1, text.data() + next, ended.silence);
+      ended.message = text.substr(next + 1);
+    }
   }
   return ended;
 }
@@ -105,7 +159,7 @@ int run(const Settings& settings) {
     int inputs = 0;
     std::map<std::string, int> endings;
     int failures = 0;
-    double seconds = 0, slowest = 0;
+    double seconds = 0, slowest = 0, silence = 0;
     std::string what;
   };
   std::vector<std::pair<std::string, Row>> rows;
@@ -124,10 +178,12 @@ int run(const Settings& settings) {
         ++row.endings[ended.how];
         row.seconds += ended.seconds;
         row.slowest = std::max(row.slowest, ended.seconds);
+        row.silence = std::max(row.silence, ended.silence);
         const bool good = is_allowed(input.allowed, ended.how);
         if (!good || !settings.only_case.empty()) {
-          std::printf("%s %s, seed %u: %s: %s: %s (%.2f s)\n", good ? "ok  " : "FAIL", kind.name.c_str(), seed,
-                      input.name.c_str(), ended.how.c_str(), ended.message.c_str(), ended.seconds);
+          std::printf("%s %s, seed %u: %s: %s: %s (%.2f s, silence %.2f s)\n", good ? "ok  " : "FAIL",
+                      kind.name.c_str(), seed, input.name.c_str(), ended.how.c_str(), ended.message.c_str(),
+                      ended.seconds, ended.silence);
           std::fflush(stdout);
         }
         if (good) continue;
@@ -139,14 +195,15 @@ int run(const Settings& settings) {
   }
   if (settings.list) return 0;
   std::printf(
-      "\n| class | inputs | certified | typed errors | failures | seconds | slowest | what |\n"
-      "|---|---|---|---|---|---|---|---|\n");
+      "\n| class | inputs | certified | typed errors | failures | seconds | slowest | silence | what |\n"
+      "|---|---|---|---|---|---|---|---|---|\n");
   Row all;
   const auto print = [](const std::string& name, const Row& row) {
     const auto found = row.endings.find("certified");
     const int certified = found == row.endings.end() ? 0 : found->second;
-    std::printf("| %s | %d | %d | %d | %d | %.1f | %.2f | %s |\n", name.c_str(), row.inputs, certified,
-                row.inputs - certified - row.failures, row.failures, row.seconds, row.slowest, row.what.c_str());
+    std::printf("| %s | %d | %d | %d | %d | %.1f | %.2f | %.2f | %s |\n", name.c_str(), row.inputs, certified,
+                row.inputs - certified - row.failures, row.failures, row.seconds, row.slowest, row.silence,
+                row.what.c_str());
   };
   for (const auto& [name, row] : rows) {
     print(name, row);
@@ -154,12 +211,32 @@ int run(const Settings& settings) {
     all.failures += row.failures;
     all.seconds += row.seconds;
     all.slowest = std::max(all.slowest, row.slowest);
+    all.silence = std::max(all.silence, row.silence);
     for (const auto& [how, count] : row.endings) all.endings[how] += count;
   }
   print("all", all);
   std::printf("\n");
   for (const auto& [how, count] : all.endings) std::printf("%8d %s\n", count, how.c_str());
   return failures == 0 ? 0 : 1;
+}
+
+// One slice file, here and now.
+int run_file(const Settings& settings) {
+  slice2mesh::Options options;
+  if (settings.eps >= 0) options.eps = slice2mesh::Length::mm(settings.eps);
+  const slice2mesh::SliceStack stack = slice2mesh::read_cli(settings.file);
+  SilenceMeter meter(settings.silence);
+  const auto start = std::chrono::steady_clock::now();
+  const Outcome outcome = run_metered(stack, options, meter);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  std::printf("%s %s: %zu tets (%.2f s, silence %.2f s)\n", to_string(outcome.ending), outcome.message.c_str(),
+              outcome.mesh.tets.size(), seconds, meter.longest());
+  if (outcome.certified()) {
+    const slice2mesh::QualityReport quality = slice2mesh::measure_quality(outcome.mesh);
+    std::printf("     R/3r: mean %.4f, worst %.2f\n", quality.ratio.mean, quality.ratio.worst);
+  }
+  for (const auto& [stage, time] : outcome.seconds) std::printf("     %s %.2f s\n", to_string(stage), time);
+  return outcome.certified() ? 0 : 1;
 }
 
 }  // namespace
@@ -182,10 +259,13 @@ int main(int argc, char** argv) {
       if (option == "--class") settings.only_class = value;
       if (option == "--case") settings.only_case = value;
       if (option == "--save") settings.save = value;
+      if (option == "--file") settings.file = value;
+      if (option == "--silence") std::from_chars(value.data(), value.data() + value.size(), settings.silence);
+      if (option == "--eps") std::from_chars(value.data(), value.data() + value.size(), settings.eps);
     }
   }
   try {
-    return run(settings);
+    return settings.file.empty() ? run(settings) : run_file(settings);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "torture_driver: %s\n", error.what());
     return 2;

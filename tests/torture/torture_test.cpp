@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Geometry that is hard to mesh: a certified mesh, or an error that is right.
+#include <cmath>
 #include <cstdint>
 #include <map>
 #include <set>
@@ -57,6 +58,21 @@ TEST_CASE("every class of the torture set has inputs that depend on the seed alo
     inputs += first.size();
   }
   CHECK(inputs > 500);
+}
+
+TEST_CASE("a fan of thin triangles needs elements in proportion to their number") {
+  std::map<int, std::size_t> tets;
+  for (const int n : {20, 80}) {
+    torture::Slice fan;
+    for (int i = 0; i < n; ++i) {
+      const double a = 0.5 * torture::kPi * i / n, b = a + 0.2 * torture::kPi / n;
+      fan.push_back(torture::loop({{0, 0}, {5 * std::cos(a), 5 * std::sin(a)}, {5 * std::cos(b), 5 * std::sin(b)}}));
+    }
+    const Outcome outcome = run_pipeline(torture::stack_of({fan, fan}));
+    REQUIRE(outcome.certified());
+    tets[n] = outcome.mesh.tets.size();
+  }
+  CHECK(tets[80] < 9 * tets[20]);  // 16 if it were with the square
 }
 
 TEST_CASE("small inputs of every class give a certified mesh or an error that is right") {

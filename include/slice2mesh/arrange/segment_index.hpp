@@ -43,8 +43,10 @@ public:
     std::ptrdiff_t segment;
   };
 
-  /// The segment nearest to p among those nearer than `limit`; if there is none, `limit` and no segment.
-  [[nodiscard]] Nearest nearest(const GridPoint& p, double limit = std::numeric_limits<double>::infinity()) const {
+  /// The segment nearest to p among those nearer than `limit`; if there is none, `limit` and no segment. `listen` is
+  /// told the segments looked at.
+  [[nodiscard]] Nearest nearest(const GridPoint& p, double limit = std::numeric_limits<double>::infinity(),
+                                Poll* listen = nullptr) const {
     Nearest best{limit, -1};
     if (segments_.empty()) return best;
     const double outside =
@@ -54,6 +56,7 @@ public:
       // What is in this ring of buckets is at least (ring - 1) buckets from the bucket nearest to p.
       if (double(ring - 1) * double(buckets_.cell()) > best.distance) break;
       const bool any = buckets_.for_each_on_ring(p, ring, [&](std::size_t cell) {
+        if (listen != nullptr) (*listen)(start_[cell + 1] - start_[cell] + 1);
         for (std::size_t i = start_[cell]; i < start_[cell + 1]; ++i) {
           const double d = distance_to(items_[i], p);
           if (d < best.distance) best = {d, static_cast<std::ptrdiff_t>(items_[i])};
@@ -63,8 +66,9 @@ public:
     }
     return best;
   }
-  [[nodiscard]] double distance(const GridPoint& p, double limit = std::numeric_limits<double>::infinity()) const {
-    return nearest(p, limit).distance;
+  [[nodiscard]] double distance(const GridPoint& p, double limit = std::numeric_limits<double>::infinity(),
+                                Poll* listen = nullptr) const {
+    return nearest(p, limit, listen).distance;
   }
   /// Calls f(segment) for the segments that are nearer than `pad` pitches to the segment ab, for some of them more than
   /// once, and perhaps for others near by.
@@ -130,17 +134,17 @@ private:
   double worst = 0, bounded = 0;
   std::vector<Piece> stack;
   std::vector<Nearest> at(from.vertices.size());
-  Poll listen(poll, 256);
+  Poll listen(poll, 1 << 14);  // segments looked at
+  constexpr double kAny = std::numeric_limits<double>::infinity();
   for (std::size_t v = 0; v < at.size(); ++v) {
-    listen();
-    at[v] = to.nearest(from.vertices[v]);
+    at[v] = to.nearest(from.vertices[v], kAny, &listen);
     worst = std::max(worst, at[v].distance);
   }
   for (const Outline::Edge& e : from.edges) {
     stack.push_back({from.vertices[static_cast<std::size_t>(e.a)], from.vertices[static_cast<std::size_t>(e.b)],
                      at[static_cast<std::size_t>(e.a)], at[static_cast<std::size_t>(e.b)]});
     while (!stack.empty()) {
-      listen();
+      listen(16);
       const Piece p = stack.back();
       stack.pop_back();
       // Along the piece the distance has slope at most one, and the distance to one segment is convex.
@@ -157,7 +161,7 @@ private:
         continue;
       }
       const GridPoint m{p.a.x + (p.b.x - p.a.x) / 2, p.a.y + (p.b.y - p.a.y) / 2};
-      const Nearest nm = to.nearest(m);
+      const Nearest nm = to.nearest(m, kAny, &listen);
       worst = std::max(worst, nm.distance);
       stack.push_back({p.a, m, p.na, nm});
       stack.push_back({m, p.b, nm, p.nb});

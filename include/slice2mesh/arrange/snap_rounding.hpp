@@ -13,11 +13,14 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "slice2mesh/arrange/exact.hpp"
 #include "slice2mesh/core/grid.hpp"
+#include "slice2mesh/core/progress.hpp"
 
 namespace slice2mesh {
 
@@ -197,9 +200,11 @@ private:
 
 namespace detail {
 
-/// Snap rounding in cells of one unit.
-[[nodiscard]] inline Arrangement snap_round_unit(const std::vector<TaggedSegment>& segments) {
+/// Snap rounding in cells of one unit. `poll` is called now and then.
+[[nodiscard]] inline Arrangement snap_round_unit(const std::vector<TaggedSegment>& segments,
+                                                 const std::function<void()>& poll = {}) {
   using detail::Buckets;
+  Poll listen(poll, 1 << 16);  // items looked at
   Arrangement result;
   std::vector<GridPoint>& hot = result.vertices;
   hot.reserve(segments.size());
@@ -238,12 +243,19 @@ namespace detail {
   std::vector<std::int32_t> start(buckets.size() + 1, 0), items;
   const auto fill = [&](std::size_t count, auto&& visit) {
     std::fill(start.begin(), start.end(), 0);
-    for (std::size_t i = 0; i < count; ++i) visit(i, [&](std::size_t cell) { ++start[cell + 1]; });
+    for (std::size_t i = 0; i < count; ++i)
+      visit(i, [&](std::size_t cell) {
+        ++start[cell + 1];
+        listen();
+      });
     for (std::size_t c = 1; c < start.size(); ++c) start[c] += start[c - 1];
     items.assign(static_cast<std::size_t>(start.back()), 0);
     std::vector<std::int32_t> next(start.begin(), start.end() - 1);
     for (std::size_t i = 0; i < count; ++i)
-      visit(i, [&](std::size_t cell) { items[static_cast<std::size_t>(next[cell]++)] = static_cast<std::int32_t>(i); });
+      visit(i, [&](std::size_t cell) {
+        items[static_cast<std::size_t>(next[cell]++)] = static_cast<std::int32_t>(i);
+        listen();
+      });
   };
   fill(keys.size(), [&](std::size_t i, auto&& put) { buckets.for_each_on(keys[i].a, keys[i].b, 0, put); });
 
@@ -258,6 +270,7 @@ namespace detail {
     for (auto i = start[cell]; i < start[cell + 1]; ++i) {
       const Key& s = keys[static_cast<std::size_t>(items[static_cast<std::size_t>(i)])];
       const std::int64_t s_low = std::min(s.a.y, s.b.y), s_high = std::max(s.a.y, s.b.y);
+      listen(static_cast<std::size_t>(start[cell + 1] - i));
       for (auto j = i + 1; j < start[cell + 1]; ++j) {
         const Key& t = keys[static_cast<std::size_t>(items[static_cast<std::size_t>(j)])];
         if (t.a.x > s.b.x || s.a.x > t.b.x) continue;
@@ -296,6 +309,7 @@ namespace detail {
       const Key& s = keys[k];
       on.clear();
       buckets.for_each_on(s.a, s.b, 1, [&](std::size_t cell) {
+        listen(static_cast<std::size_t>(start[cell + 1] - start[cell]) + 1);
         for (auto i = start[cell]; i < start[cell + 1]; ++i) {
           const std::int32_t v = items[static_cast<std::size_t>(i)];
           if (detail::meets_cell(s.a, s.b, hot[static_cast<std::size_t>(v)])) on.push_back(v);
@@ -317,6 +331,7 @@ namespace detail {
   pieces.reserve(chain.size() + segments.size());
   for (std::size_t index = 0; index < segments.size(); ++index) {
     const TaggedSegment& segment = segments[index];
+    listen();
     if (segment.from == segment.to) continue;
     const bool forward = segment.from < segment.to;
     const Key key = forward ? Key{segment.from, segment.to} : Key{segment.to, segment.from};
@@ -359,7 +374,7 @@ struct Attachment {
   double near = 0;  ///< every segment goes through every end point this near to it; in pitches
   std::vector<GridPoint>
       strong;              ///< any number of points: segments with a tag below `strong_tags` go through these too ...
-  double strong_near = 0;  ///< ... where they are this near, in pitches
+  double strong_near = 0;  ///< ... where they are this near, in pitches, if no other segment is equal to them
   /// Limit of the tags, see `strong`.
   std::int32_t strong_tags = 0;
 };
@@ -368,11 +383,12 @@ struct Attachment {
 ///
 /// An end point that lies just beside another segment makes a crossing that is rounded to a cell beside the end point's
 /// own. To keep such twins out, segments are first led through the points that `attachment` names. Precondition:
-/// coordinates are multiples of kContourStep within kGridLimit (not checked here; `to_grid` sees to it). Cost: O(n log
-/// n + k) for evenly spread segments with k crossings.
+/// coordinates are multiples of kContourStep within kGridLimit (not checked here; `to_grid` sees to it). `poll` is
+/// called now and then; what it throws ends the work. Cost: O(n log n + k) for evenly spread segments with k crossings.
 [[nodiscard]] inline Arrangement snap_round(const std::vector<TaggedSegment>& segments,
-                                            const Attachment& attachment = {}) {
+                                            const Attachment& attachment = {}, const std::function<void()>& poll = {}) {
   using detail::Buckets;
+  detail::Poll listen(poll, 1 << 16);  // items looked at
   std::vector<TaggedSegment> pieces;
   std::vector<std::size_t> first_piece;
   pieces.reserve(segments.size());
@@ -408,18 +424,29 @@ struct Attachment {
     std::vector<std::size_t> next(start.begin(), start.end() - 1);
     for (std::size_t i = 0; i < ends.size(); ++i) items[next[buckets.of(ends[i])]++] = i;
   }
+  // What is a segment of the others already keeps to itself: near it are other parts of theirs.
+  std::vector<std::pair<GridPoint, GridPoint>> others;
+  const auto ends_of = [](const TaggedSegment& s) { return std::pair(std::min(s.from, s.to), std::max(s.from, s.to)); };
+  if (!attachment.strong.empty()) {
+    for (const TaggedSegment& s : segments)
+      if (s.tag >= attachment.strong_tags) others.push_back(ends_of(s));
+    std::sort(others.begin(), others.end());
+  }
   const auto scaled = [](const GridPoint& p) { return GridPoint{p.x / kContourStep, p.y / kContourStep}; };
   std::vector<std::size_t> on;
   for (const TaggedSegment& s : segments) {
     first_piece.push_back(pieces.size());
     on.clear();
     if (!ends.empty() && s.from != s.to) {
+      const bool weak_only =
+          s.tag >= attachment.strong_tags || std::binary_search(others.begin(), others.end(), ends_of(s));
       buckets.for_each_on(s.from, s.to, static_cast<std::int64_t>(reach) + 1, [&](std::size_t cell) {
+        listen(start[cell + 1] - start[cell] + 1);
         for (std::size_t i = start[cell]; i < start[cell + 1]; ++i) {
           const GridPoint& p = ends[items[i]];
           if (p == s.from || p == s.to) continue;
           const bool is_strong = items[i] >= weak;
-          if (is_strong && s.tag >= attachment.strong_tags) continue;
+          if (is_strong && weak_only) continue;
           if (detail::dot(s.from, s.to, p) <= 0 || detail::dot(s.to, s.from, p) <= 0) continue;
           if (detail::segment_distance(p, s.from, s.to) <= (is_strong ? attachment.strong_near : attachment.near))
             on.push_back(items[i]);
@@ -443,7 +470,7 @@ struct Attachment {
     pieces.push_back({scaled(last), scaled(s.to), s.tag});
   }
   first_piece.push_back(pieces.size());
-  Arrangement result = detail::snap_round_unit(pieces);
+  Arrangement result = detail::snap_round_unit(pieces, poll);
   for (GridPoint& p : result.vertices) p = {p.x * kContourStep, p.y * kContourStep};
   // Chains of the segments from those of their pieces.
   Arrangement chained;
@@ -452,6 +479,7 @@ struct Attachment {
     bool any = false;
     for (std::size_t p = first_piece[s]; p < first_piece[s + 1]; ++p) {
       const std::vector<std::int32_t> path = result.path(p);
+      listen(path.size() + 1);
       if (path.empty()) continue;
       chained.chains.insert(chained.chains.end(), path.begin() + (any ? 1 : 0), path.end());
       any = true;

@@ -3,7 +3,7 @@
 /// @brief Progress and cancellation.
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <functional>
 
 #include "slice2mesh/core/error.hpp"
@@ -25,15 +25,19 @@ namespace detail {
 /// Calls a function once in so many steps of work; what it throws ends the work. Nothing is called where it is empty.
 class Poll {
 public:
-  explicit Poll(const std::function<void()>& function, std::uint32_t every) : function_(function), every_(every) {}
-  void operator()() {
-    if (function_ && ++steps_ % every_ == 0) function_();
+  explicit Poll(const std::function<void()>& function, std::size_t every) : function_(function), every_(every) {}
+  /// `work`: how many steps have been made since the last call.
+  void operator()(std::size_t work = 1) {
+    steps_ += work;
+    if (steps_ < every_ || !function_) return;
+    steps_ = 0;
+    function_();
   }
 
 private:
   const std::function<void()>& function_;
-  std::uint32_t every_;
-  std::uint32_t steps_ = 0;
+  std::size_t every_;
+  std::size_t steps_ = 0;
 };
 
 }  // namespace detail

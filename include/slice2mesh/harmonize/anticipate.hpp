@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -55,9 +56,10 @@ private:
 /// Where a contour has to leave the one below, it may as well go further: to the middle between its slice and the last
 /// of the next slices that is not more than twice `reach` away. All of the slices in between are then within `reach`,
 /// and the contours of their slabs can be this one: differences between contours become fewer and wider.
-/// Vertices nearer than `width` to the contour below stay. Lengths in pitches. `s`: the slab of `outline`.
+/// Vertices nearer than `width` to the contour below stay. Lengths in pitches. `s`: the slab of `outline`. `poll` is
+/// called now and then.
 inline void anticipate(Outline& outline, const SegmentIndex* below, SlabsAhead& ahead, std::size_t s, double width,
-                       double reach) {
+                       double reach, const std::function<void()>& poll = {}) {
   std::vector<std::vector<std::int32_t>> edges_at(outline.vertices.size());
   for (std::size_t e = 0; e < outline.edges.size(); ++e) {
     edges_at[std::size_t(outline.edges[e].a)].push_back(std::int32_t(e));
@@ -80,12 +82,15 @@ inline void anticipate(Outline& outline, const SegmentIndex* below, SlabsAhead& 
     return false;
   };
   std::vector<VertexMove> moves;
+  Poll listen(poll, 256);
   for (std::size_t v = 0; v < outline.vertices.size(); ++v) {
+    listen();
     const GridPoint p = outline.vertices[v];
     const double from_below = below ? below->distance(p, 4 * width) : HUGE_VAL;
     if (edges_at[v].empty() || from_below < width) continue;
     GridPoint target = p;
     for (std::size_t m = 1; m <= SlabsAhead::kMost; ++m) {
+      listen();
       const SegmentIndex* index = ahead.index(s, m);
       if (index == nullptr) break;
       const SegmentIndex::Nearest nearest = index->nearest(p, 2 * reach);
@@ -97,7 +102,7 @@ inline void anticipate(Outline& outline, const SegmentIndex* below, SlabsAhead& 
     if (below && below->distance(target, 4 * width) < from_below) continue;
     moves.push_back({distance(p, target), std::int32_t(v), target});
   }
-  move_vertices(outline, std::move(moves));
+  move_vertices(outline, std::move(moves), poll);
 }
 
 }  // namespace slice2mesh::detail

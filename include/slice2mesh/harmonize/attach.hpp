@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "slice2mesh/arrange/outline.hpp"
@@ -16,13 +17,16 @@
 namespace slice2mesh::detail {
 
 /// Is there a vertex within `near` pitches of an edge that does not end in it?
-[[nodiscard]] inline bool has_vertex_beside_edge(const Outline& outline, double near) {
+[[nodiscard]] inline bool has_vertex_beside_edge(const Outline& outline, double near,
+                                                 const std::function<void()>& poll = {}) {
   const SegmentIndex index(outline);
   const auto pad = static_cast<std::int64_t>(near) + 1;
+  Poll listen(poll, 1 << 14);
   for (std::size_t v = 0; v < outline.vertices.size(); ++v) {
     const GridPoint& p = outline.vertices[v];
     bool found = false;
     index.for_each_near(p, p, pad, [&](std::size_t e) {
+      listen();
       const Outline::Edge& edge = outline.edges[e];
       if (found || edge.a == std::int32_t(v) || edge.b == std::int32_t(v)) return;
       const GridPoint &a = outline.vertices[std::size_t(edge.a)], &b = outline.vertices[std::size_t(edge.b)];
@@ -35,18 +39,18 @@ namespace slice2mesh::detail {
 
 /// Leads edges through the vertices that they pass more closely than the overlay of a plane can tell apart; a sliver of
 /// a region between them vanishes. Otherwise it would vanish in one or both planes of the slab, and two walls would
-/// stand in one place. Most outlines stay as they are. `regions`: how many there are.
-inline void attach_vertices(Outline& outline, std::int32_t regions) {
+/// stand in one place. Most outlines stay as they are. `regions`: how many there are. `poll` is called now and then.
+inline void attach_vertices(Outline& outline, std::int32_t regions, const std::function<void()>& poll = {}) {
   // Some steps more than the overlays have, for the rounding when edges are split afterwards.
   constexpr double kNear = (kAttachSteps + 2) * double(kContourStep);
   constexpr int kRounds = 4;  // an edge that is led through a vertex may come near to the next one
-  for (int round = 0; round < kRounds && has_vertex_beside_edge(outline, kNear); ++round) {
+  for (int round = 0; round < kRounds && has_vertex_beside_edge(outline, kNear, poll); ++round) {
     std::vector<TaggedSegment> segments;
     append_segments(outline, 0, segments);
     Attachment attachment;
     attachment.near = kNear;
-    const Arrangement arrangement = snap_round(segments, attachment);
-    const ArrangementFaces faces = find_faces(arrangement, triangulate(arrangement));
+    const Arrangement arrangement = snap_round(segments, attachment, poll);
+    const ArrangementFaces faces = find_faces(arrangement, triangulate(arrangement, poll), poll);
     std::vector<std::int32_t> label(faces.windings.size(), kNone);
     for (std::size_t f = 0; f < label.size(); ++f)
       for (const EdgeTag& tag : faces.windings[f])

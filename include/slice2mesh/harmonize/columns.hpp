@@ -22,6 +22,7 @@
 #include "slice2mesh/arrange/exact.hpp"
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/arrange/segment_index.hpp"
+#include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/regions/slabs.hpp"
 
 namespace slice2mesh::detail {
@@ -40,17 +41,24 @@ struct ColumnLimits {
 /// above and below (exact).
 class ColumnMerger {
 public:
-  /// `slices`: the regions that the slabs were made from. `frozen` (#S): slabs that stay as they are.
+  /// `slices`: the regions that the slabs were made from. `frozen` (#S): slabs that stay as they are. `poll` is called
+  /// now and then.
   ColumnMerger(std::vector<Outline>& outlines, const std::vector<Outline>& slices, const std::vector<Slab>& slabs,
-               const std::vector<char>& frozen, const ColumnLimits& limits)
+               const std::vector<char>& frozen, const ColumnLimits& limits, const std::function<void()>& poll = {})
       : slices_(slices), slabs_(slabs), frozen_(frozen), limits_(limits), reach_(kLargestDrift * limits.near) {
     sheets_.reserve(outlines.size());
-    for (Outline& outline : outlines) sheets_.emplace_back(outline);
+    Poll listen(poll, kPollEvery);
+    for (Outline& outline : outlines) {
+      listen(outline.edges.size() + 1);
+      sheets_.emplace_back(outline);
+    }
   }
 
   /// Merges until nothing more can be merged, or a number of rounds is over, then moves apart. `changed` (#S) tells the
   /// slabs concerned. `poll` is called now and then; what it throws ends the work.
   void run(std::vector<char>& changed, const std::function<void()>& poll) {
+    Poll listen(poll, kPollEvery);
+    listen_ = &listen;
     changed.assign(sheets_.size(), 0);
     for (int round = 0; round < kRounds; ++round) {
       std::vector<Candidate> candidates = close_pairs(poll);
@@ -60,22 +68,23 @@ public:
         return a.v != b.v ? a.v < b.v : a.w < b.w;
       });
       std::size_t merged = 0;
-      for (std::size_t i = 0; i < candidates.size(); ++i) {
-        if (i % kPollEvery == 0) poll();
-        if (merge(candidates[i], changed)) ++merged;
+      for (const Candidate& candidate : candidates) {
+        listen(16);
+        if (merge(candidate, changed)) ++merged;
       }
       if (merged == 0) break;
     }
     for (int round = 0; round < kSpreadRounds; ++round)
       if (spread(changed, poll) == 0) break;
+    listen_ = nullptr;
     for (std::size_t s = 0; s < sheets_.size(); ++s)
       if (changed[s]) sheets_[s].finish();
   }
 
 private:
   static constexpr int kRounds = 3;
-  static constexpr std::size_t kPollEvery = 256;  // candidates
-  static constexpr double kLargestDrift = 2;      // of the distance of close columns: what an edge's end moves in all
+  static constexpr std::size_t kPollEvery = 1 << 14;  // edges and vertices looked at
+  static constexpr double kLargestDrift = 2;  // of the distance of close columns: what an edge's end moves in all
 
   /// The contour of one slab while it changes.
   struct Sheet {
@@ -171,6 +180,7 @@ private:
           for (auto it = std::lower_bound(below.begin(), below.end(), GridPoint{w.x - reach, INT64_MIN},
                                           [](const auto&a, const GridPoint&b) { return a.first < b; });
                it != below.end() && it->first.x <= w.x + reach; ++it) {
+            looked();
             const double d = distance(it->first, w);
             if (d < limits_.near && sheet.at(it->first) == kNone) result.push_back({d, s - 1, it->first, w});
           }
@@ -179,6 +189,11 @@ private:
       std::swap(below, above);
     }
     return result;
+  }
+
+  /// Tells the listener.
+  void looked(std::size_t count = 1) const {
+    if (listen_ != nullptr) (*listen_)(count);
   }
 
   bool merge(const Candidate& c, std::vector<char>& changed) {
@@ -323,6 +338,7 @@ private:
       const Sheet& sheet = sheets_[s];
       const auto pad = std::int64_t(std::ceil(limits_.apart + sheet.farthest)) + 1;
       sheet.start.for_each_near(a, b, pad, [&](std::size_t e) {
+        looked();
         if (!sheet.alive[e]) return;
         const GridPoint &u = sheet.point(sheet.outline.edges[e].a), &w = sheet.point(sheet.outline.edges[e].b);
         if (u != p && w != p) f(s, u, w);
@@ -452,6 +468,7 @@ private:
             blocked = blocked || gets_close(segment_distance(y, p, q), segment_distance(y, target, q), s == step.slab);
           };
           other.start.for_each_near(p, q, pad, [&](std::size_t f) {
+            looked();
             if (blocked || !other.alive[f]) return;
             const GridPoint &a = other.point(other.outline.edges[f].a), &b = other.point(other.outline.edges[f].b);
             if (std::max(a.x, b.x) < low.x || std::min(a.x, b.x) > high.x) return;
@@ -508,6 +525,7 @@ private:
     seen_.erase(std::unique(seen_.begin(), seen_.end()), seen_.end());
     const Outline& slice = slices_[step.slab];
     return std::all_of(seen_.begin(), seen_.end(), [&](std::size_t f) {
+      looked(old_.size() + now_.size());
       return slice_is_near(slice.vertices[std::size_t(slice.edges[f].a)],
                            slice.vertices[std::size_t(slice.edges[f].b)]);
     });
@@ -521,7 +539,7 @@ private:
     };
     const double limit = limits_.deviation;
     std::vector<Piece> stack;
-    stack.push_back({from, to, slice.nearest(from, limit), slice.nearest(to, limit)});
+    stack.push_back({from, to, slice.nearest(from, limit, listen_), slice.nearest(to, limit, listen_)});
     if (stack[0].na.segment < 0 || stack[0].nb.segment < 0) return false;
     while (!stack.empty()) {
       const Piece p = stack.back();
@@ -531,7 +549,7 @@ private:
       if (slice.distance_to(std::size_t(p.nb.segment), p.a) <= limit) continue;
       if (distance(p.a, p.b) <= kResolution * limit) continue;
       const GridPoint m{p.a.x + (p.b.x - p.a.x) / 2, p.a.y + (p.b.y - p.a.y) / 2};
-      const SegmentIndex::Nearest nm = slice.nearest(m, limit);
+      const SegmentIndex::Nearest nm = slice.nearest(m, limit, listen_);
       if (nm.segment < 0) return false;
       stack.push_back({p.a, m, p.na, nm});
       stack.push_back({m, p.b, nm, p.nb});
@@ -611,6 +629,7 @@ private:
   std::vector<Step> steps_;
   std::vector<std::pair<GridPoint, GridPoint>> old_, now_;
   std::vector<std::size_t> seen_;
+  Poll* listen_ = nullptr;  // while it runs
 };
 
 }  // namespace slice2mesh::detail

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -74,9 +75,45 @@ inline constexpr double kClearanceShare = 0.7;     // ... and not if a vertex ge
 inline constexpr double kApartShare = 1.1;         // columns nearer than this to something are moved away from it
 inline constexpr double kResolutionShare = 0.005;  // resolution of the measured deviation
 
+/// Which ends of the edges (#E by 2) have another edge at a sharp angle beside them, one that is not so sharp that the
+/// grid cannot tell the edges apart.
+[[nodiscard]] inline std::vector<std::array<char, 2>> sharp_ends(const Outline& outline) {
+  constexpr double kSharp = 0.94;              // cosine of 20 degrees
+  constexpr double kSharpest = 1.0 / 1048576;  // sine; the share of the extent that is kSmallestEps
+  struct End {
+    std::int32_t vertex;
+    double angle, x, y;  // of the direction
+    std::size_t edge, side;
+    bool operator<(const End& o) const { return vertex != o.vertex ? vertex < o.vertex : angle < o.angle; }
+  };
+  std::vector<End> ends;
+  ends.reserve(2 * outline.edges.size());
+  for (std::size_t e = 0; e < outline.edges.size(); ++e) {
+    const GridPoint &a = outline.vertices[std::size_t(outline.edges[e].a)],
+                    &b = outline.vertices[std::size_t(outline.edges[e].b)];
+    const double x = double(b.x - a.x), y = double(b.y - a.y), length = std::hypot(x, y);
+    ends.push_back({outline.edges[e].a, std::atan2(y, x), x / length, y / length, e, 0});
+    ends.push_back({outline.edges[e].b, std::atan2(-y, -x), -x / length, -y / length, e, 1});
+  }
+  std::sort(ends.begin(), ends.end());
+  std::vector<std::array<char, 2>> sharp(outline.edges.size(), {0, 0});
+  for (std::size_t i = 0; i < ends.size();) {
+    std::size_t j = i + 1;
+    while (j < ends.size() && ends[j].vertex == ends[i].vertex) ++j;
+    for (std::size_t k = i; j - i > 1 && k < j; ++k) {
+      const End &p = ends[k], &q = ends[k + 1 < j ? k + 1 : i];
+      if (p.x * q.x + p.y * q.y > kSharp && std::fabs(p.x * q.y - p.y * q.x) > kSharpest)
+        sharp[p.edge][p.side] = sharp[q.edge][q.side] = 1;
+    }
+    i = j;
+  }
+  return sharp;
+}
+
 /// Splits edges longer than `longest` pitches (about) where they cross lines x = k step or y = k step, whichever they
 /// cross more steeply. The lines are the same for all slabs: contours that stand above each other, or run side by side,
-/// are split at the same places.
+/// are split at the same places. From a sharp corner on, both of its edges are split at the same distances from it:
+/// else each split would call for one opposite to it, and in a fan of n edges each of them for n.
 inline void subdivide(Outline& outline, double longest) {
   if (!(longest >= 4 * double(kContourStep)) || !(longest < double(kGridLimit))) return;
   constexpr double kSteep = 0.95;  // cosine with an axis; less steep edges are longer between two lines
@@ -84,12 +121,25 @@ inline void subdivide(Outline& outline, double longest) {
   constexpr double kFromEnds = 0.4;                    // of the step; no split nearer to an end
   std::vector<Outline::Edge> edges;
   std::vector<GridPoint> splits, points;
-  for (const Outline::Edge& e : outline.edges) {
+  const std::vector<std::array<char, 2>> sharp = sharp_ends(outline);
+  for (std::size_t index = 0; index < outline.edges.size(); ++index) {
+    const Outline::Edge& e = outline.edges[index];
     const GridPoint a = outline.vertices[static_cast<std::size_t>(e.a)],
                     b = outline.vertices[static_cast<std::size_t>(e.b)];
     const double length = distance(a, b);
     splits.clear();
-    if (length > longest) {
+    const auto [sharp_a, sharp_b] = sharp[index];
+    if (length > longest && (sharp_a || sharp_b)) {
+      const double step = kStraight * longest, free = kFromEnds * step;
+      const double from_a = sharp_a ? (sharp_b ? (length - free) / 2 : length - free) : 0;
+      const double from_b = sharp_b ? (sharp_a ? (length - free) / 2 : length - free) : 0;
+      for (std::int64_t k = 1; double(k) * step <= from_a; ++k)
+        splits.push_back(contour_point_between(a, b, double(k) * step / length));
+      const std::size_t count = splits.size();
+      for (std::int64_t k = 1; double(k) * step <= from_b; ++k)
+        splits.push_back(contour_point_between(b, a, double(k) * step / length));
+      std::reverse(splits.begin() + std::ptrdiff_t(count), splits.end());
+    } else if (length > longest) {
       const bool along_x = std::llabs(b.x - a.x) >= std::llabs(b.y - a.y);
       const std::int64_t from = along_x ? a.x : a.y, to = along_x ? b.x : b.y;
       const double share = std::fabs(double(to - from)) / length;
@@ -143,13 +193,13 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
   constexpr int kAttempts = 4;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     std::vector<Outline> outlines = contours.outlines;
-    const auto poll = [&] { report(progress, Stage::Harmonize, 1); };
-    ColumnMerger(outlines, input.outlines, contours.slabs, frozen, limits).run(changed, poll);
+    const std::function<void()> poll = [&] { report(progress, Stage::Harmonize, 1); };
+    ColumnMerger(outlines, input.outlines, contours.slabs, frozen, limits, poll).run(changed, poll);
     std::vector<double> deviations = contours.deviation;
     bool good = true;
     for (std::size_t s = 0; s < outlines.size(); ++s) {
       if (!changed[s]) continue;
-      attach_vertices(outlines[s], std::int32_t(contours.regions.size()));
+      attach_vertices(outlines[s], std::int32_t(contours.regions.size()), poll);
       const double measured = deviation(outlines[s], input.outlines[s], kResolutionShare * eps, poll);
       deviations[s] = measured * contours.grid.pitch;
       if (measured <= eps) continue;
@@ -218,10 +268,10 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
         detail::subdivide(outline, longest);
         const detail::SegmentIndex below(stacked ? result.outlines[s - 1] : Outline{});
         detail::anticipate(outline, stacked ? &below : nullptr, ahead, s, share * eps * detail::kOpeningShare,
-                           share * eps * detail::kAheadShare);
+                           share * eps * detail::kAheadShare, poll);
       }
       if (stacked) {
-        detail::snap_vertices(outline, result.outlines[s - 1], detail::kSnapShare * share * eps);
+        detail::snap_vertices(outline, result.outlines[s - 1], detail::kSnapShare * share * eps, poll);
         const detail::SimplifyLimits limits{detail::kSimplifyShare * share * eps, detail::kShortEdgeShare * share * eps,
                                             detail::kShortToleranceShare * share * eps, longest};
         for (int pass = 0; pass < detail::kPasses; ++pass)
@@ -233,7 +283,7 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
         detail::simplify(outline, {}, {double(kContourStep), 0, 0, longest}, poll);
         detail::normalize(outline);
       }
-      detail::attach_vertices(outline, static_cast<std::int32_t>(input.regions.size()));
+      detail::attach_vertices(outline, static_cast<std::int32_t>(input.regions.size()), poll);
       deviation = detail::deviation(outline, own, detail::kResolutionShare * eps, poll);
       if (deviation <= eps) break;
       diagnostics.add(Severity::Note, Stage::Harmonize, "harmonized_again",

@@ -80,9 +80,9 @@ inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, c
     list.erase(std::find(list.begin(), list.end(), e));
     if (list.empty()) gone[std::size_t(v)] = 1;
   };
-  Poll listen(poll, 256);
+  Poll listen(poll, 1 << 12);
   for (const std::int32_t e : order) {
-    listen();
+    listen(16);
     if (!alive[std::size_t(e)] || length_of(e) >= limit) continue;
     std::int32_t v = outline.edges[std::size_t(e)].a, w = outline.edges[std::size_t(e)].b;
     if (bond[std::size_t(v)] > bond[std::size_t(w)]) std::swap(v, w);
@@ -95,8 +95,10 @@ inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, c
       if (!possible) break;
       if (f == e) continue;
       const std::int32_t x = other_end(f, v);
-      possible = triangle_is_empty(index, outline.vertices, v, w, x,
-                                   [&](std::int32_t y) { return gone[std::size_t(y)] != 0; });
+      possible = triangle_is_empty(index, outline.vertices, v, w, x, [&](std::int32_t y) {
+        listen();
+        return gone[std::size_t(y)] != 0;
+      });
     }
     if (!possible) continue;
     drop(e, v);
@@ -155,7 +157,8 @@ struct VertexMove {
 };
 
 /// Moves vertices, the shortest moves first, each only where nothing lies in its way; no two end up in one place.
-inline void move_vertices(Outline& outline, std::vector<VertexMove> moves) {
+/// `poll` is called now and then.
+inline void move_vertices(Outline& outline, std::vector<VertexMove> moves, const std::function<void()>& poll = {}) {
   if (moves.empty()) return;
   std::sort(moves.begin(), moves.end(), [](const VertexMove& m, const VertexMove& n) {
     return m.length != n.length ? m.length < n.length : m.vertex < n.vertex;
@@ -180,10 +183,12 @@ inline void move_vertices(Outline& outline, std::vector<VertexMove> moves) {
   // Edges are found where they were at first, by a search that is wider by the longest move.
   const SegmentIndex edges(outline);
   const auto reach = std::int64_t(std::ceil(moves.back().length)) + 1;
+  Poll listen(poll, 1 << 14);
   const auto crosses = [&](std::int32_t v, const GridPoint& target) {
     bool found = false;
     const GridPoint& p = points[std::size_t(at[std::size_t(v)])];
     edges.for_each_near(p, target, reach, [&](std::size_t e) {
+      listen();
       const Outline::Edge& edge = outline.edges[e];
       if (found || edge.a == v || edge.b == v) return;
       found = segments_meet(p, target, points[std::size_t(at[std::size_t(edge.a)])],
@@ -194,7 +199,10 @@ inline void move_vertices(Outline& outline, std::vector<VertexMove> moves) {
   for (std::size_t k = 0; k < moves.size(); ++k) {
     const VertexMove& m = moves[k];
     const std::int32_t to = first + std::int32_t(k);
-    const auto absent = [&](std::int32_t y) { return !present[std::size_t(y)]; };
+    const auto absent = [&](std::int32_t y) {
+      listen();
+      return !present[std::size_t(y)];
+    };
     bool possible = !neighbors[std::size_t(m.vertex)].empty();
     for (const std::int32_t x : neighbors[std::size_t(m.vertex)])
       possible =
@@ -209,17 +217,21 @@ inline void move_vertices(Outline& outline, std::vector<VertexMove> moves) {
 }
 
 /// Moves vertices of an outline onto vertices of the outline below that are nearer than `limit` (pitches), each onto
-/// the nearest, where nothing lies in the way. What both have in common then coincides exactly.
-inline void snap_vertices(Outline& outline, const Outline& below, double limit) {
+/// the nearest, where nothing lies in the way. What both have in common then coincides exactly. `poll` is called now
+/// and then.
+inline void snap_vertices(Outline& outline, const Outline& below, double limit,
+                          const std::function<void()>& poll = {}) {
   if (outline.vertices.empty() || below.vertices.empty()) return;
   const VertexIndex targets(below.vertices, std::max(1.0, limit * 4));
   std::vector<VertexMove> moves;
   const auto reach = std::int64_t(std::ceil(limit));
+  Poll listen(poll, 1 << 14);
   for (std::size_t v = 0; v < outline.vertices.size(); ++v) {
     const GridPoint p = outline.vertices[v];
     double nearest = limit;
     std::int32_t target = kNone;
     targets.any_in_box({p.x - reach, p.y - reach}, {p.x + reach, p.y + reach}, [&](std::int32_t t) {
+      listen();
       const double d = distance(p, below.vertices[std::size_t(t)]);
       if (d < nearest ||
           (d == nearest && target != kNone && below.vertices[std::size_t(t)] < below.vertices[std::size_t(target)])) {
@@ -231,7 +243,7 @@ inline void snap_vertices(Outline& outline, const Outline& below, double limit) 
     if (target != kNone && nearest > 0)
       moves.push_back({nearest, std::int32_t(v), below.vertices[std::size_t(target)]});
   }
-  move_vertices(outline, std::move(moves));
+  move_vertices(outline, std::move(moves), poll);
 }
 
 }  // namespace slice2mesh::detail

@@ -145,7 +145,7 @@ private:
       kept_[t] = kept_[t] && has[std::size_t(parts.find(std::int32_t(t)))];
   }
   void thin_parts(const std::function<void()>& poll) {
-    Poll listen(poll, 64);
+    Poll listen(poll, 1 << 14);
     std::vector<std::int32_t> stack, part;
     std::vector<char> seen(triangles_.size(), 0);
     std::vector<std::pair<std::size_t, bool>> decisions;
@@ -180,7 +180,7 @@ private:
       constexpr double kReach = 1.1;
       bool stays = true;
       for (const std::int32_t u : part) {
-        listen();
+        listen(cuts.size());
         for (std::size_t i = 0; i < 3 && stays; ++i) {
           bool near = false;
           for (const Cut& c : cuts)
@@ -202,7 +202,8 @@ private:
 
 /// Cuts across pockets are as short as the pockets are wide, and the elements on them are as bad. So their ends on the
 /// new contour go on along it, by this share of their length: a cut then leaves the contour below at about 40 degrees.
-inline void slant_cuts(Outline& outline, const std::vector<Bond>& bond, const std::vector<char>& cut_edge) {
+inline void slant_cuts(Outline& outline, const std::vector<Bond>& bond, const std::vector<char>& cut_edge,
+                       const std::function<void()>& poll = {}) {
   constexpr double kSlant = 1.2;
   std::vector<std::array<std::int32_t, 2>> at(outline.vertices.size(), {kNone, kNone});
   std::vector<std::int32_t> degree(outline.vertices.size(), 0);
@@ -232,7 +233,7 @@ inline void slant_cuts(Outline& outline, const std::vector<Bond>& bond, const st
       moves.push_back({kSlant * cut, b, contour_point_between(pb, pc, kSlant * cut / room)});
     }
   }
-  move_vertices(outline, std::move(moves));
+  move_vertices(outline, std::move(moves), poll);
 }
 
 /// Edges of the result below this share of the width are merged.
@@ -253,9 +254,9 @@ inline constexpr double kAttachShare = 0.4;
   attachment.strong = below.vertices;
   attachment.strong_near = kAttachShare * width;
   attachment.strong_tags = regions;
-  const Arrangement arrangement = snap_round(segments, attachment);
-  const PlanarTriangulation triangulation = triangulate(arrangement);
-  const ArrangementFaces faces = find_faces(arrangement, triangulation);
+  const Arrangement arrangement = snap_round(segments, attachment, poll);
+  const PlanarTriangulation triangulation = triangulate(arrangement, poll);
+  const ArrangementFaces faces = find_faces(arrangement, triangulation, poll);
   const std::size_t face_count = faces.windings.size();
 
   // Region of each face in the own outline and in the one below.
@@ -288,6 +289,7 @@ inline constexpr double kAttachShare = 0.4;
       if (is_below_edge(e)) on_below[std::size_t(v)] = 1;
     }
   const SegmentIndex own_index(own), below_index(below);
+  Poll listen(poll, 1 << 14);  // items looked at
   {
     for (std::size_t e = 0; e < arrangement.edges.size(); ++e) {
       for (const std::int32_t f : faces.of_edge[e]) {
@@ -301,7 +303,7 @@ inline constexpr double kAttachShare = 0.4;
                         b = arrangement.vertices[std::size_t(arrangement.edges[e].b)];
         const GridPoint m{a.x + (b.x - a.x) / 2, a.y + (b.y - a.y) / 2};
         for (const GridPoint& p : {a, b, m})
-          if (other.distance(p, width) >= width) flag = 1;
+          if (other.distance(p, width, &listen) >= width) flag = 1;
       }
     }
   }
@@ -361,21 +363,37 @@ inline constexpr double kAttachShare = 0.4;
         global.push_back(kNone);
       }
     Cdt cdt;
-    std::vector<Cdt::Vertex_handle> handle = insert_points(cdt, local_points);
+    std::vector<Cdt::Vertex_handle> handle = insert_points(cdt, local_points, poll);
     std::unordered_map<std::uint64_t, std::int32_t> sub_of;
     sub_of.reserve(subs.size() * 4);
     std::vector<std::int32_t> queue;
     for (std::size_t s = 0; s < subs.size(); ++s) {
       subs[s].a = local[std::size_t(subs[s].a)];
       subs[s].b = local[std::size_t(subs[s].b)];
+      listen(64);
       insert_edge(cdt, handle[std::size_t(subs[s].a)], handle[std::size_t(subs[s].b)], Stage::Harmonize);
       sub_of[edge_key(subs[s].a, subs[s].b)] = std::int32_t(s);
       queue.push_back(std::int32_t(s));
     }
+    std::vector<PocketVertex> vertices(local_points.size());
+    for (std::size_t v = 0; v < vertices.size(); ++v)
+      if (global[v] != kNone) {
+        vertices[v].on_own = on_own[std::size_t(global[v])];
+        vertices[v].on_below = on_below[std::size_t(global[v])];
+      }
+    // What lies between two stretches of the same outline stays or goes as a whole: long narrow needles and walls of
+    // one slice need not be cut into pieces as short as they are narrow.
+    const auto needs_no_split = [&](const SubEdge& sub, std::int32_t v) {
+      constexpr double kSlender = 64;  // length of the edge over the width of the needle
+      const GridPoint &a = local_points[std::size_t(sub.a)], &b = local_points[std::size_t(sub.b)];
+      const bool own_edge = is_own_edge(std::size_t(sub.edge)), below_edge = is_below_edge(std::size_t(sub.edge));
+      const PocketVertex& vertex = vertices[std::size_t(v)];
+      return own_edge != below_edge && vertex.on_own == own_edge && vertex.on_below == below_edge &&
+             kSlender * segment_distance(local_points[std::size_t(v)], a, b) < distance(a, b);
+    };
     // Split what is longer than half the width and has a vertex of the pocket in its diametral disc.
-    Poll listen(poll, 1024);
     while (!queue.empty()) {
-      listen();
+      listen(16);
       const std::int32_t s = queue.back();
       queue.pop_back();
       const SubEdge sub = subs[std::size_t(s)];
@@ -391,8 +409,10 @@ inline constexpr double kAttachShare = 0.4;
         const bool left = f->vertex(Cdt::ccw(i))->info() == sub.a;
         // Edges run from the smaller to the larger vertex, and so do their pieces.
         const std::int32_t face = faces.of_edge[std::size_t(sub.edge)][left ? 0 : 1];
-        if (is_wide(face) && !cdt.is_infinite(f))
-          encroached = encroached || in_diametral_disc(a, b, local_points[std::size_t(f->vertex(i)->info())]);
+        if (is_wide(face) && !cdt.is_infinite(f) && !encroached) {
+          const std::int32_t v = f->vertex(i)->info();
+          encroached = in_diametral_disc(a, b, local_points[std::size_t(v)]) && !needs_no_split(sub, v);
+        }
         const int j = cdt.mirror_index(f, i);
         f = f->neighbor(i);
         i = j;
@@ -402,7 +422,7 @@ inline constexpr double kAttachShare = 0.4;
       const bool own_edge = is_own_edge(std::size_t(sub.edge));
       if (!encroached && own_edge != is_below_edge(std::size_t(sub.edge))) {
         const SegmentIndex& other = own_edge ? below_index : own_index;
-        const auto far = [&](const GridPoint& p) { return other.distance(p, width) >= width; };
+        const auto far = [&](const GridPoint& p) { return other.distance(p, width, &listen) >= width; };
         encroached = far(m) && !(far(a) && far(b));
       }
       if (!encroached) continue;
@@ -427,6 +447,7 @@ inline constexpr double kAttachShare = 0.4;
       v->info() = std::int32_t(local_points.size());
       handle.push_back(v);
       local_points.push_back(m);
+      vertices.push_back({own_edge, is_below_edge(std::size_t(sub.edge)), false});
       global.push_back(std::int32_t(points.size()));
       points.push_back(m);
       sub_of.erase(edge_key(sub.a, sub.b));
@@ -490,22 +511,10 @@ inline constexpr double kAttachShare = 0.4;
             pockets.find(triangle_face[std::size_t(n)]) == pockets.find(triangle_face[t]))
           neighbor[t][std::size_t(k)] = n;
       }
-    std::vector<PocketVertex> vertices(local_points.size());
-    for (std::size_t v = 0; v < vertices.size(); ++v) {
-      if (std::size_t(global[v]) < arrangement.vertices.size()) {
-        vertices[v].on_own = on_own[std::size_t(global[v])];
-        vertices[v].on_below = on_below[std::size_t(global[v])];
-      }
-    }
-    for (const SubEdge& sub : subs)
-      for (const std::int32_t v : {sub.a, sub.b})
-        if (std::size_t(global[std::size_t(v)]) >= arrangement.vertices.size()) {
-          vertices[std::size_t(v)].on_own = is_own_edge(std::size_t(sub.edge));
-          vertices[std::size_t(v)].on_below = is_below_edge(std::size_t(sub.edge));
-        }
     for (std::size_t v = 0; v < vertices.size(); ++v)
       if (vertices[v].on_own != vertices[v].on_below)
-        vertices[v].far = (vertices[v].on_own ? below_index : own_index).distance(local_points[v], width) >= width;
+        vertices[v].far =
+            (vertices[v].on_own ? below_index : own_index).distance(local_points[v], width, &listen) >= width;
     const PocketSelection selection(local_points, vertices, triangles, neighbor, poll);
     const auto triangle_label = [&](std::int32_t t) {
       const std::int32_t f = triangle_face[std::size_t(t)];
@@ -566,7 +575,7 @@ inline constexpr double kAttachShare = 0.4;
   }
   for (std::size_t v = 0; v < bond.size(); ++v)
     if (at_below[v]) bond[v] = Bond::OnVertex;
-  slant_cuts(outline, bond, cut_edge);
+  slant_cuts(outline, bond, cut_edge, poll);
   merge_short_edges(outline, bond, old_edge, kMergeShare * width, poll);
   std::vector<char> fixed(outline.vertices.size(), 0);
   for (std::size_t v = 0; v < bond.size(); ++v) fixed[v] = bond[v] != Bond::Free;

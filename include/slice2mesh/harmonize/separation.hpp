@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <string>
 #include <utility>
@@ -78,11 +79,12 @@ struct OutlineItem {
 
 /// Calls pair(v, w, distance) once for all two vertices and near(v, e, distance) for a vertex and an edge that does not
 /// end in it and whose nearest point is inside of it, for all that are nearer than `limit` pitches. Edges have members
-/// a and b. Cost: linear where contours are evenly sampled.
+/// a and b. `poll` is called now and then. Cost: linear where contours are evenly sampled.
 template <class Edges, class Pair, class Near>
-void for_each_close(const std::vector<GridPoint>& vertices, const Edges& edges, double limit, Pair&& pair,
-                    Near&& near) {
+void for_each_close(const std::vector<GridPoint>& vertices, const Edges& edges, double limit, Pair&& pair, Near&& near,
+                    const std::function<void()>& poll) {
   if (vertices.empty()) return;
+  Poll listen(poll, 1 << 16);
   GridPoint low = vertices.front(), high = low;
   for (const GridPoint& p : vertices) {
     low = {std::min(low.x, p.x), std::min(low.y, p.y)};
@@ -102,6 +104,7 @@ void for_each_close(const std::vector<GridPoint>& vertices, const Edges& edges, 
   }
   for (std::size_t v = 0; v < vertices.size(); ++v)
     buckets.for_each_on(vertices[v], vertices[v], pad, [&](std::size_t cell) {
+      listen(start[cell + 1] - start[cell] + 1);
       for (std::uint32_t i = start[cell]; i < start[cell + 1]; ++i) {
         const auto w = std::size_t(items[i]);
         if (w <= v) continue;
@@ -112,6 +115,7 @@ void for_each_close(const std::vector<GridPoint>& vertices, const Edges& edges, 
   for (std::size_t e = 0; e < edges.size(); ++e) {
     const GridPoint &a = vertices[std::size_t(edges[e].a)], &b = vertices[std::size_t(edges[e].b)];
     buckets.for_each_on(a, b, pad, [&](std::size_t cell) {
+      listen(start[cell + 1] - start[cell] + 1);
       for (std::uint32_t i = start[cell]; i < start[cell + 1]; ++i) {
         const std::int32_t v = items[i];
         if (v == edges[e].a || v == edges[e].b) continue;
@@ -190,14 +194,14 @@ struct SeparationCollector {
 
 /// The figures of one outline by itself. `plane`: that of the bottom of the slab.
 [[nodiscard]] inline SeparationFigures separation_within(const Contours& contours, std::int32_t slab,
-                                                         std::int32_t plane) {
+                                                         std::int32_t plane, const std::function<void()>& poll) {
   const Outline& outline = contours.outlines[std::size_t(slab)];
   SeparationCollector collector{
       contours.grid, contours.tolerance, contours.slabs[std::size_t(slab)].z_low, plane, slab, slab, {}};
   for_each_close(
       outline.vertices, outline.edges, contours.tolerance / contours.grid.pitch,
       [&](std::size_t v, std::size_t, double d) { collector.vertices(d, outline.vertices[v]); },
-      [&](std::size_t v, std::size_t, double d) { collector.vertex_edge(d, outline.vertices[v]); });
+      [&](std::size_t v, std::size_t, double d) { collector.vertex_edge(d, outline.vertices[v]); }, poll);
   for_each_corner(outline.vertices, outline.edges, [&](std::size_t v, std::size_t, std::size_t, double degrees) {
     collector.angle(degrees, outline.vertices[v]);
   });
@@ -219,7 +223,8 @@ struct SeparationCollector {
 /// `plane_index`, the index of the plane from the lowest one, is for the places found. Needs overlay, images and paths
 /// of the plane alone. Cost: O(n log n).
 [[nodiscard]] inline SeparationFigures separation_between(const Contours& contours, const InterfacePlane& plane,
-                                                          std::int32_t plane_index) {
+                                                          std::int32_t plane_index,
+                                                          const std::function<void()>& poll = {}) {
   using detail::OutlineItem;
   const Arrangement& overlay = plane.overlay;
   detail::SeparationCollector collector{contours.grid,    contours.tolerance, plane.z, plane_index,
@@ -262,7 +267,8 @@ struct SeparationCollector {
       [&](std::size_t v, std::size_t e, double d) {
         const std::array<OutlineItem, 2> item{OutlineItem{kNone, of_edge[e][0]}, OutlineItem{kNone, of_edge[e][1]}};
         if (!own(of_vertex[v], item)) collector.vertex_edge(d, overlay.vertices[v]);
-      });
+      },
+      poll);
   detail::for_each_corner(overlay.vertices, overlay.edges,
                           [&](std::size_t v, std::size_t e, std::size_t f, double degrees) {
                             for (std::size_t c = 0; c < 2; ++c)
@@ -281,20 +287,21 @@ struct SeparationCollector {
   std::vector<std::array<std::int32_t, 2>> slab_planes;
   const auto planes = plane_slabs(contours.slabs, slab_planes);
   // Reported as the end of the stage whose result is measured.
+  const std::function<void()> poll = [&] { slice2mesh::report(progress, Stage::Harmonize, 1); };
   for (std::size_t k = 0; k < planes.size(); ++k) {
-    slice2mesh::report(progress, Stage::Harmonize, 1);
+    poll();
     const auto [below, above] = planes[k];
     SeparationFigures figures;
     // Nothing is between two contours that are the same.
     if (below != kNone && above != kNone &&
         !detail::same_lines(contours.outlines[std::size_t(below)], contours.outlines[std::size_t(above)]))
-      figures = separation_between(contours, detail::lift_edges(contours, below, above), std::int32_t(k));
+      figures = separation_between(contours, detail::lift_edges(contours, below, above, poll), std::int32_t(k), poll);
     detail::add_figures(report.between, figures);
     report.planes.push_back(figures);
   }
   for (std::size_t s = 0; s < contours.outlines.size(); ++s) {
-    slice2mesh::report(progress, Stage::Harmonize, 1);
-    report.slabs.push_back(detail::separation_within(contours, std::int32_t(s), slab_planes[s][0]));
+    poll();
+    report.slabs.push_back(detail::separation_within(contours, std::int32_t(s), slab_planes[s][0], poll));
     detail::add_figures(report.within, report.slabs.back());
   }
   return report;

@@ -95,7 +95,9 @@ inline void simplify(Outline& outline, const std::vector<char>& fixed, const Sim
     const Outline::Edge& edge = outline.edges[static_cast<std::size_t>(e)];
     return edge.a == v ? edge.b : edge.a;
   };
+  Poll listen(poll, 1 << 14);
   const auto consider = [&](std::int32_t v) {
+    listen(16);
     const auto& at = edges_at[static_cast<std::size_t>(v)];
     if ((!fixed.empty() && fixed[static_cast<std::size_t>(v)]) || at.size() != 2) return;
     const std::int32_t u = other_end(at[0], v), w = other_end(at[1], v);
@@ -113,15 +115,16 @@ inline void simplify(Outline& outline, const std::vector<char>& fixed, const Sim
         shorter < limits.short_edge ? std::max(limits.tolerance, limits.short_tolerance) : limits.tolerance;
     double error = segment_distance(pv, pu, pw);
     for (const std::int32_t k : {at[0], at[1]})
-      for (const std::int32_t d : dropped[static_cast<std::size_t>(k)])
+      for (const std::int32_t d : dropped[static_cast<std::size_t>(k)]) {
+        listen();
         error = std::max(error, segment_distance(point(d), pu, pw));
+      }
     if (error > tolerance) return;
     queue.push({error, v, version[static_cast<std::size_t>(v)]});
   };
   for (std::size_t v = 0; v < count; ++v) consider(static_cast<std::int32_t>(v));
-  Poll listen(poll, 1024);
   while (!queue.empty()) {
-    listen();
+    listen(16);
     const Candidate top = queue.top();
     queue.pop();
     const std::int32_t v = top.vertex;
@@ -136,6 +139,7 @@ inline void simplify(Outline& outline, const std::vector<char>& fixed, const Sim
     const GridPoint low{std::min({pu.x, pv.x, pw.x}), std::min({pu.y, pv.y, pw.y})};
     const GridPoint high{std::max({pu.x, pv.x, pw.x}), std::max({pu.y, pv.y, pw.y})};
     const bool blocked = index.any_in_box(low, high, [&](std::int32_t x) {
+      listen();
       if (x == u || x == v || x == w || !alive_vertex[static_cast<std::size_t>(x)]) return false;
       const GridPoint& p = point(x);
       if (p.x < low.x || p.x > high.x || p.y < low.y || p.y > high.y) return false;

@@ -3,6 +3,8 @@
 /// @brief Improvement of a filled stack of slabs.
 #pragma once
 
+#include <functional>
+
 #include "slice2mesh/core/error.hpp"
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/core/plc.hpp"
@@ -34,8 +36,9 @@ inline bool improve(const Contours& contours, PlaneStack& stack, Plc& plc, Mesh&
     if (mesh.vertices[v] != plc.position(v)) return false;
   detail::MeshOptimizer(stack, mesh, contours.grid, options, progress).run();
   report(progress, Stage::Improve, 1);
-  plc = build_plc(contours, stack.meshes, stack.slab_planes);
-  report(progress, Stage::Improve, 1);
+  const std::function<void()> poll = [&] { report(progress, Stage::Improve, 1); };
+  plc = build_plc(contours, stack.meshes, stack.slab_planes, true, {}, poll);
+  poll();
   mesh.vertices.clear();
   for (std::size_t v = 0; v < plc.vertices.size(); ++v) mesh.vertices.push_back(plc.position(v));
   mesh.facets = plc.facets;

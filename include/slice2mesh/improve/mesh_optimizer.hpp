@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <unordered_map>
 #include <utility>
@@ -711,6 +712,7 @@ private:
     std::vector<std::int32_t> index(points_.size(), kNone);
     std::int32_t next = 0;
     for (std::size_t k = 0; k < stack_.meshes.size(); ++k) {
+      report(progress_, Stage::Improve, 1);
       PlaneMesh& mesh = stack_.meshes[k];
       const std::int32_t first = first_[k], new_first = next;
       std::vector<GridPoint> vertices;
@@ -744,42 +746,45 @@ private:
       start[k] = start[k - 1] + std::int32_t(stack_.meshes[k - 1].vertices.size());
     struct Face {
       std::array<std::int32_t, 3> sorted, vertices;
-      std::int32_t plane;
       std::size_t side;  // 0: the tet is below
       Side cell;
-      bool operator<(const Face& o) const {
-        return plane != o.plane ? plane < o.plane : (sorted != o.sorted ? sorted < o.sorted : side < o.side);
-      }
+      bool operator<(const Face& o) const { return sorted != o.sorted ? sorted < o.sorted : side < o.side; }
     };
-    std::vector<Face> faces;
+    std::vector<std::vector<Face>> faces_of(stack_.meshes.size());
+    const std::function<void()> to_listener = [this] { report(progress_, Stage::Improve, 1); };
+    Poll listen(to_listener, 1 << 16);
     for (std::size_t t = 0; t < mesh_.tets.size(); ++t) {
+      listen();
       const Tet& tet = mesh_.tets[t];
       for (std::size_t i = 0; i < 4; ++i) {
         const std::int32_t a = tet[(i + 1) % 4], b = tet[(i + 2) % 4], c = tet[(i + 3) % 4];
         if (plane(a) != plane(b) || plane(a) != plane(c)) continue;
         Face face;
-        face.plane = plane(a);
+        const auto level = std::size_t(plane(a));
         face.vertices = {index[std::size_t(a)], index[std::size_t(b)], index[std::size_t(c)]};
-        for (std::int32_t& v : face.vertices) v -= start[std::size_t(face.plane)];
+        for (std::int32_t& v : face.vertices) v -= start[level];
         if (orientation(point(a), point(b), point(c)) < 0) std::swap(face.vertices[1], face.vertices[2]);
         std::rotate(face.vertices.begin(), std::min_element(face.vertices.begin(), face.vertices.end()),
                     face.vertices.end());
         face.sorted = face.vertices;
         std::sort(face.sorted.begin(), face.sorted.end());
-        face.side = plane(tet[i]) < face.plane ? 0 : 1;
+        face.side = plane(tet[i]) < plane(a) ? 0 : 1;
         face.cell = {mesh_.tet_slab[t], mesh_.tet_region[t]};
-        faces.push_back(face);
+        faces_of[level].push_back(face);
       }
     }
-    std::sort(faces.begin(), faces.end());
-    for (std::size_t f = 0; f < faces.size(); ++f) {
-      PlaneMesh& mesh = stack_.meshes[std::size_t(faces[f].plane)];
-      const bool again = f > 0 && faces[f - 1].plane == faces[f].plane && faces[f - 1].sorted == faces[f].sorted;
-      if (!again) {
-        mesh.triangles.push_back(faces[f].vertices);
-        mesh.sides.emplace_back();
+    for (std::size_t k = 0; k < faces_of.size(); ++k) {
+      to_listener();
+      std::vector<Face>& faces = faces_of[k];
+      std::sort(faces.begin(), faces.end());
+      PlaneMesh& mesh = stack_.meshes[k];
+      for (std::size_t f = 0; f < faces.size(); ++f) {
+        if (f == 0 || faces[f - 1].sorted != faces[f].sorted) {
+          mesh.triangles.push_back(faces[f].vertices);
+          mesh.sides.emplace_back();
+        }
+        mesh.sides.back()[faces[f].side] = faces[f].cell;
       }
-      mesh.sides.back()[faces[f].side] = faces[f].cell;
     }
   }
 

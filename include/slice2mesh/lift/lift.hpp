@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -67,7 +68,7 @@ namespace detail {
 
 /// The overlay of one plane with images and paths, but without the cells on the sides of the edges.
 [[nodiscard]] inline InterfacePlane lift_edges(const Contours& contours, std::int32_t slab_below,
-                                               std::int32_t slab_above) {
+                                               std::int32_t slab_above, const std::function<void()>& poll = {}) {
   InterfacePlane plane;
   plane.slab_below = slab_below;
   plane.slab_above = slab_above;
@@ -82,7 +83,7 @@ namespace detail {
   append_segments(above, regions, segments);
   Attachment attachment;
   attachment.near = kAttachSteps * double(kContourStep);
-  plane.overlay = snap_round(segments, attachment);
+  plane.overlay = snap_round(segments, attachment, poll);
   std::size_t segment = 0;
   const auto follow = [&](const Outline& outline, std::vector<std::int32_t>& image,
                           std::vector<std::vector<std::int32_t>>& paths) {
@@ -106,12 +107,14 @@ namespace detail {
 
 /// The overlay of the plane between the slabs of index `slab_below` and `slab_above` (kNone: none on that side; not
 /// both). A pure function of the two contours. Preconditions: they are those of `harmonize`, and the indices are slabs
-/// of theirs (not checked). Cost: O(n log n).
-[[nodiscard]] inline InterfacePlane lift(const Contours& contours, std::int32_t slab_below, std::int32_t slab_above) {
-  InterfacePlane plane = detail::lift_edges(contours, slab_below, slab_above);
+/// of theirs (not checked). `poll` is called now and then; what it throws ends the work. Errors: those of `poll`. Cost:
+/// O(n log n).
+[[nodiscard]] inline InterfacePlane lift(const Contours& contours, std::int32_t slab_below, std::int32_t slab_above,
+                                         const std::function<void()>& poll = {}) {
+  InterfacePlane plane = detail::lift_edges(contours, slab_below, slab_above, poll);
   const auto regions = static_cast<std::int32_t>(contours.regions.size());
-  const PlanarTriangulation triangulation = triangulate(plane.overlay);
-  const ArrangementFaces faces = find_faces(plane.overlay, triangulation);
+  const PlanarTriangulation triangulation = triangulate(plane.overlay, poll);
+  const ArrangementFaces faces = find_faces(plane.overlay, triangulation, poll);
 
   std::vector<std::array<Side, 2>> cells(faces.windings.size());
   for (std::size_t f = 0; f < cells.size(); ++f)

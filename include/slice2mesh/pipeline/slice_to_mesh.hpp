@@ -225,7 +225,8 @@ SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& o
   PlaneStack planes = triangulate_planes(contours, sizes, options.budget, progress);
   clock.done(Stage::Triangulate);
   slice2mesh::report(progress, Stage::Plc, 0);
-  result.plc = build_plc(contours, planes.meshes, planes.slab_planes);
+  result.plc = build_plc(contours, planes.meshes, planes.slab_planes, true, {},
+                         [&] { slice2mesh::report(progress, Stage::Plc, 0); });
   slice2mesh::report(progress, Stage::Plc, 1);
   clock.done(Stage::Plc);
   result.mesh = model.with_progress(progress)(result.plc);
@@ -240,7 +241,7 @@ SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& o
   if (traits.facets == FacetKeeping::Exactly) {
     report.certificate = certify(result.mesh, result.plc, {}, progress);
   } else {
-    const AxiomReport axioms = check_axioms(result.mesh, result.plc, traits);
+    const AxiomReport axioms = check_axioms(result.mesh, result.plc, traits, {}, progress);
     report.certificate = detail::certificate_of(axioms, result.mesh, result.plc);
     report.layers = axioms.layers;
   }
@@ -251,7 +252,8 @@ SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& o
   QualityOptions quality_options;
   quality_options.metric_l = sizes.size;
   quality_options.metric_h = plan.thickness;
-  quality_options.classify = default_cause(result.plc, contours.tolerance, &regions.outlines);
+  quality_options.classify = default_cause(result.plc, contours.tolerance, &regions.outlines,
+                                           [&] { slice2mesh::report(progress, Stage::Quality, 0); });
   report.quality = measure_quality(result.mesh, quality_options, progress);
   slice2mesh::report(progress, Stage::Quality, 1);
   clock.done(Stage::Quality);

@@ -6,11 +6,13 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <utility>
 #include <vector>
 
 #include "slice2mesh/arrange/exact.hpp"
 #include "slice2mesh/core/plc.hpp"
+#include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/harmonize/harmonize.hpp"
 #include "slice2mesh/lift/lift.hpp"
 #include "slice2mesh/triangulate/plane_mesh.hpp"
@@ -49,13 +51,14 @@ void for_each_strip_triangle(const std::vector<GridPoint>& bottom, const std::ve
 /// strip between the edge's splits at its bottom and at its top. With `inner_faces` false only the outer skin is built.
 ///
 /// `meshes`: #P, those of the planes of `plane_slabs`, in that order; `slab_planes`: #S by 2, indices of the bottom and
-/// the top plane of each slab; `only`: #S, 1 for the slabs whose facets are wanted, or empty for all of them.
-/// Precondition: all of them are made from `contours` (not checked: `verify_plc` tells what a complex is worth).
-/// Errors: none. Cost: linear.
+/// the top plane of each slab; `only`: #S, 1 for the slabs whose facets are wanted, or empty for all of them; `poll` is
+/// called now and then. Precondition: all of them are made from `contours` (not checked: `verify_plc` tells what a
+/// complex is worth). Errors: what `poll` throws. Cost: linear.
 [[nodiscard]] inline Plc build_plc(const Contours& contours, const std::vector<PlaneMesh>& meshes,
                                    const std::vector<std::array<std::int32_t, 2>>& slab_planes, bool inner_faces = true,
-                                   const std::vector<char>& only = {}) {
+                                   const std::vector<char>& only = {}, const std::function<void()>& poll = {}) {
   Plc plc;
+  detail::Poll listen(poll, 1 << 16);
   plc.grid = contours.grid;
   plc.slabs = contours.slabs;
   plc.regions = contours.regions;
@@ -73,6 +76,7 @@ void for_each_strip_triangle(const std::vector<GridPoint>& bottom, const std::ve
   };
   for (std::size_t k = 0; k < meshes.size(); ++k) {
     for (std::size_t t = 0; t < meshes[k].triangles.size(); ++t) {
+      listen();
       const Side &below = meshes[k].sides[t][0], &above = meshes[k].sides[t][1];
       Facet facet;
       if (!wanted(below.slab) && !wanted(above.slab)) continue;
@@ -104,6 +108,7 @@ void for_each_strip_triangle(const std::vector<GridPoint>& bottom, const std::ve
       if (inner && !inner_faces) continue;
       const std::vector<std::int32_t>&bottom_chain = meshes[low].above_chain[e],
             &top_chain = meshes[high].below_chain[e];
+      listen(bottom_chain.size() + top_chain.size());
       bottom.clear();
       top.clear();
       for (const std::int32_t v : bottom_chain) bottom.push_back(meshes[low].vertices[static_cast<std::size_t>(v)]);

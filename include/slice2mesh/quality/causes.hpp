@@ -17,6 +17,7 @@
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/core/plc.hpp"
+#include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/quality/quality.hpp"
 
 namespace slice2mesh {
@@ -39,12 +40,15 @@ inline constexpr double kOnContourShare = 0.01;
 /// The contours of a complex as graphs, one per plane and slab, and what is sharp or thin about them.
 class CauseFinder {
 public:
-  CauseFinder(const Plc& plc, double eps, const std::vector<Outline>* input) : grid_(plc.grid) {
+  CauseFinder(const Plc& plc, double eps, const std::vector<Outline>* input, const std::function<void()>& poll)
+      : grid_(plc.grid) {
     eps_ = eps / grid_.pitch;
+    Poll listen(poll, 1 << 16);
     points_ = plc.vertices;
     start_.assign(plc.vertices.size() + 1, 0);
     const auto visit = [&](auto&& f) {
       for (const Facet& facet : plc.facets) {
+        listen();
         if (facet.wall == kNone) continue;
         const std::int32_t slab = facet.back.empty() ? facet.front.slab : facet.back.slab;
         for (std::size_t i = 0; i < 3; ++i) {
@@ -64,13 +68,21 @@ public:
       links_[next[std::size_t(u)]++] = {slab, v};
       links_[next[std::size_t(v)]++] = {slab, u};
     });
-    for (std::size_t v = 0; v < points_.size(); ++v)
+    around_.resize(links_.size());
+    for (std::size_t v = 0; v < points_.size(); ++v) {
+      listen();
       std::sort(links_.begin() + std::ptrdiff_t(start_[v]), links_.begin() + std::ptrdiff_t(start_[v + 1]),
                 [](const Link& a, const Link& b) { return a.slab != b.slab ? a.slab < b.slab : a.to < b.to; });
+      for_each_contour(std::int32_t(v), [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i)
+          around_[i] = direction(points_[v], points_[std::size_t(links_[i].to)]);
+        std::sort(around_.begin() + std::ptrdiff_t(first), around_.begin() + std::ptrdiff_t(last));
+      });
+    }
     for (std::size_t v = 0; v < points_.size(); ++v)
       if (start_[v] != start_[v + 1]) by_position_.push_back({plc.position(v), std::int32_t(v)});
     std::sort(by_position_.begin(), by_position_.end());
-    if (input != nullptr) find_input_corners(*input);
+    if (input != nullptr) find_input_corners(*input, listen);
   }
 
   [[nodiscard]] Cause operator()(const Mesh& mesh, const WorstTet& tet) const {
@@ -141,22 +153,18 @@ private:
     const double toward = std::atan2(place[1] - grid_.y_mm(p), place[0] - grid_.x_mm(p));
     bool found = false;
     for_each_contour(v, [&](std::size_t first, std::size_t last) {
-      std::vector<double> around;
-      for (std::size_t i = first; i < last; ++i) around.push_back(direction(p, points_[std::size_t(links_[i].to)]));
-      std::sort(around.begin(), around.end());
-      for (std::size_t i = 0; i < around.size(); ++i) {
-        const bool end = i + 1 == around.size();
-        const double turn = end ? around[0] + kFullTurn - around[i] : around[i + 1] - around[i];
-        if (around.size() < 2 || turn * kDegrees >= kSmallInputAngle) continue;
-        double inside = toward - around[i];
-        if (inside < 0) inside += kFullTurn;
-        if (inside <= turn && is_input_corner(links_[first].slab, p)) found = true;
-      }
+      if (found || last - first < 2) return;
+      // The corner that the place is in lies between the last direction up to it and the next one.
+      const auto begin = around_.begin() + std::ptrdiff_t(first), end = around_.begin() + std::ptrdiff_t(last);
+      const auto next = std::upper_bound(begin, end, toward);
+      const double low = next == begin ? *(end - 1) - kFullTurn : *(next - 1);
+      const double high = next == end ? *begin + kFullTurn : *next;
+      found = (high - low) * kDegrees < kSmallInputAngle && is_input_corner(links_[first].slab, p);
     });
     return found;
   }
 
-  void find_input_corners(const std::vector<Outline>& input) {
+  void find_input_corners(const std::vector<Outline>& input, Poll& listen) {
     check_input_ = true;
     for (std::size_t s = 0; s < input.size(); ++s) {
       const Outline& outline = input[s];
@@ -167,6 +175,7 @@ private:
         around[std::size_t(e.b)].push_back(direction(b, a));
       }
       for (std::size_t v = 0; v < around.size(); ++v) {
+        listen();
         std::sort(around[v].begin(), around[v].end());
         double smallest = kFullTurn;
         for (std::size_t i = 0; i < around[v].size(); ++i) {
@@ -222,21 +231,32 @@ private:
   struct Step {
     std::int32_t from, at;
     double length;
+    double least = 0;  // of a way to the target that begins so
+    bool operator<(const Step& o) const { return least > o.least; }
   };
   /// Does the contour of the slab lead to p within kNeighborReach tolerances, from a point that is `away` from p?
   [[nodiscard]] bool passes_nearby(std::int32_t slab, std::vector<Step> steps, const GridPoint& p, double away) const {
     const double on = kOnContourShare * eps_, reach = kNeighborReach * eps_;
     if (away <= on) return true;
-    constexpr std::size_t kMostSteps = 1000;  // where many contours touch
-    for (std::size_t n = 0; n < steps.size() && n < kMostSteps; ++n) {
-      const Step step = steps[n];
-      if (step.length > reach) continue;
+    // The shortest way first, counted with the distance that is left: where many contours touch in a point, it goes on
+    // along those that lead to the target.
+    for (Step& step : steps) step.least = step.length + distance(p, points_[std::size_t(step.at)]);
+    std::make_heap(steps.begin(), steps.end());
+    constexpr std::size_t kMostSteps = 1000;
+    for (std::size_t n = 0; !steps.empty() && n < kMostSteps; ++n) {
+      std::pop_heap(steps.begin(), steps.end());
+      const Step step = steps.back();
+      steps.pop_back();
+      if (step.least > reach) break;
       const GridPoint& q = points_[std::size_t(step.at)];
       for (std::size_t i = start_[std::size_t(step.at)]; i < start_[std::size_t(step.at) + 1]; ++i) {
         if (links_[i].slab != slab || links_[i].to == step.from) continue;
         const GridPoint& r = points_[std::size_t(links_[i].to)];
-        if (segment_distance(p, q, r) <= on && step.length + distance(p, q) <= reach) return true;
-        steps.push_back({step.at, links_[i].to, step.length + distance(q, r)});
+        if (segment_distance(p, q, r) <= on) return true;
+        const double length = step.length + distance(q, r), least = length + distance(p, r);
+        if (least > reach) continue;
+        steps.push_back({step.at, links_[i].to, length, least});
+        std::push_heap(steps.begin(), steps.end());
       }
     }
     return false;
@@ -251,10 +271,11 @@ private:
 
   static constexpr double kFullTurn = 2 * 3.14159265358979323846;
   Grid grid_;
-  double eps_ = 0;                                                           // pitches
-  std::vector<GridPoint> points_;                                            // #V of the complex
-  std::vector<std::size_t> start_;                                           // #V + 1 offsets into links_
-  std::vector<Link> links_;                                                  // by slab and vertex
+  double eps_ = 0;                  // pitches
+  std::vector<GridPoint> points_;   // #V of the complex
+  std::vector<std::size_t> start_;  // #V + 1 offsets into links_
+  std::vector<Link> links_;         // by slab and vertex
+  std::vector<double> around_;      // the directions of the links of each contour at each vertex, ascending
   std::vector<std::pair<std::array<double, 3>, std::int32_t>> by_position_;  // contour vertices, sorted
   bool check_input_ = false;
   std::vector<InputCorner> corners_;  // by slab and place
@@ -269,12 +290,12 @@ private:
 /// SizeJump: its shortest edge leads from the contour of one layer to that of another, or its edges differ by more
 /// than a factor of 8; else what its own shape tells.
 /// `eps` in mm, above 0. With `input`, the outlines before harmonization (#S), a corner counts only if the input has
-/// one below kSmallInputAngle within eps of it. The complex and the input need not outlive the call.
-/// Cost: O(n log n) once; per element about constant.
+/// one below kSmallInputAngle within eps of it. The complex and the input need not outlive the call. `poll` is called
+/// now and then; what it throws ends the work. Cost: O(n log n) once; per element about constant.
 [[nodiscard]] inline std::function<Cause(const Mesh&, const WorstTet&)> default_cause(
-    const Plc& plc, double eps, const std::vector<Outline>* input = nullptr) {
+    const Plc& plc, double eps, const std::vector<Outline>* input = nullptr, const std::function<void()>& poll = {}) {
   // Shared: a std::function is copied with its options.
-  return [finder = std::make_shared<const detail::CauseFinder>(plc, eps, input)](
+  return [finder = std::make_shared<const detail::CauseFinder>(plc, eps, input, poll)](
              const Mesh& mesh, const WorstTet& tet) { return (*finder)(mesh, tet); };
 }
 

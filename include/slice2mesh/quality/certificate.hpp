@@ -156,9 +156,13 @@ public:
     if (!plc_.has_inner_faces) complex.offend([] { return std::string("the complex is its outer skin alone"); });
     result.checks.push_back(complex.check("complex", "indices, labels and sides of the complex are sound", "defects"));
     if (complex.count() > 0) return result;
+    poll_();
     check_structure();
+    poll_();
     read_vertices();
+    poll_();
     match_vertices();
+    poll_();
     const SlabFacets facets = facets_by_slab(plc_);
     local_.assign(mesh_.vertices.size(), kNone);
     used_.assign(mesh_.vertices.size(), 0);

@@ -359,7 +359,7 @@ private:
   for (std::size_t t = 0; t < tet_count; ++t) {
     if (ratios[t] > options.forced_above) {
       // A classifier may look at the neighborhood of the element.
-      if (report.forced.elements % 1024 == 0) poll();
+      if (report.forced.elements % 64 == 0) poll();
       ++report.forced.elements;
       const Cause cause = options.classify ? describe(t).cause : Cause::Unknown;
       if (cause == Cause::SmallInputAngle) ++report.forced.small_input_angle;

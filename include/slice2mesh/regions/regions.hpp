@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 #include <utility>
@@ -113,11 +114,11 @@ inline Outline outline_of(const Arrangement& arrangement, const ArrangementFaces
 
 /// Reports contours that cross or run along each other; the union repairs them.
 inline void report_defects(const std::vector<TaggedSegment>& segments, const std::vector<Loop>& loops,
-                           std::int64_t layer, Diagnostics& diagnostics) {
+                           std::int64_t layer, Diagnostics& diagnostics, const std::function<void()>& poll = {}) {
   std::vector<TaggedSegment> contours;
   for (const TaggedSegment& segment : segments)
     if (!loops[static_cast<std::size_t>(segment.tag)].support) contours.push_back(segment);
-  const Arrangement arrangement = snap_round(contours);
+  const Arrangement arrangement = snap_round(contours, {}, poll);
   if (arrangement.crossings > 0)
     diagnostics.add(Severity::Repair, Stage::Regions, "contours_cross",
                     "contours cross themselves or each other; united", layer, -1, arrangement.crossings);
@@ -135,20 +136,24 @@ inline void report_defects(const std::vector<TaggedSegment>& segments, const std
                     "edges of contours lie on each other; united", layer, -1, coincident);
 }
 
-/// Unites the loops of one slab.
+/// Unites the loops of one slab. `poll` is called now and then.
 inline Outline unite(const std::vector<TaggedSegment>& segments, const std::vector<Loop>& loops, std::size_t regions,
-                     std::int64_t layer, Diagnostics& diagnostics) {
+                     std::int64_t layer, Diagnostics& diagnostics, const std::function<void()>& poll = {}) {
   // What is nearer than the overlays of planes can tell apart is one here already: no sliver of a region may vanish
   // later.
   Attachment attachment;
   attachment.near = kAttachSteps * double(kContourStep);
-  const Arrangement arrangement = snap_round(segments, attachment);
-  const PlanarTriangulation triangulation = triangulate(arrangement);
+  const Arrangement arrangement = snap_round(segments, attachment, poll);
+  const PlanarTriangulation triangulation = triangulate(arrangement, poll);
   if (triangulation.triangles.empty()) return {};
-  const ArrangementFaces faces = find_faces(arrangement, triangulation);
+  const ArrangementFaces faces = find_faces(arrangement, triangulation, poll);
   std::vector<std::int32_t> label(faces.windings.size(), kNone), balance(regions, 0);
   bool overlap = false;
-  for (std::size_t f = 0; f < label.size(); ++f) label[f] = region_of(faces.windings[f], loops, balance, overlap);
+  Poll listen(poll, 1 << 14);
+  for (std::size_t f = 0; f < label.size(); ++f) {
+    listen(faces.windings[f].size() + 1);
+    label[f] = region_of(faces.windings[f], loops, balance, overlap);
+  }
   if (overlap)
     diagnostics.add(Severity::Repair, Stage::Regions, "regions_overlap",
                     "regions overlap; the object goes before supports, lower part ids before higher ones", layer);
@@ -243,7 +248,8 @@ inline Outline unite(const std::vector<TaggedSegment>& segments, const std::vect
   result.grid = make_grid(low, high);
 
   for (std::size_t s = 0; s < plan.slabs.size(); ++s) {
-    report(progress, Stage::Regions, double(s) / double(plan.slabs.size()));
+    const std::function<void()> poll = [&] { report(progress, Stage::Regions, double(s) / double(plan.slabs.size())); };
+    poll();
     std::vector<TaggedSegment> segments;
     std::vector<GridPoint> loop;
     for (std::size_t l = 0; l < all[s].points.size(); ++l) {
@@ -252,8 +258,9 @@ inline Outline unite(const std::vector<TaggedSegment>& segments, const std::vect
       for (std::size_t i = 0; i < loop.size(); ++i)
         segments.push_back({loop[i], loop[(i + 1) % loop.size()], static_cast<std::int32_t>(l)});
     }
-    detail::report_defects(segments, all[s].loops, plan.slabs[s].slice, diagnostics);
-    Outline outline = detail::unite(segments, all[s].loops, result.regions.size(), plan.slabs[s].slice, diagnostics);
+    detail::report_defects(segments, all[s].loops, plan.slabs[s].slice, diagnostics, poll);
+    Outline outline =
+        detail::unite(segments, all[s].loops, result.regions.size(), plan.slabs[s].slice, diagnostics, poll);
     all[s] = {};
     if (outline.empty()) {
       diagnostics.add(Severity::Warning, Stage::Regions, "empty_slab", "the slice has no area; its slab is left out",

@@ -15,6 +15,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <exception>
+#include <functional>
 #include <limits>
 #include <map>
 #include <string>
@@ -26,6 +27,7 @@
 #include "slice2mesh/core/error.hpp"
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/core/plc.hpp"
+#include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/fem/boundary_sets.hpp"
 #include "slice2mesh/plc/plc_checks.hpp"
 #include "slice2mesh/quality/certificate.hpp"
@@ -106,22 +108,31 @@ namespace detail {
 
 class AxiomChecker {
 public:
-  AxiomChecker(const Mesh& mesh, const Plc& plc, const TetrahedralizerTraits& traits, const AxiomOptions& options)
-      : mesh_(mesh), plc_(plc), options_(options), keeps_(traits.facets != FacetKeeping::No),
+  AxiomChecker(const Mesh& mesh, const Plc& plc, const TetrahedralizerTraits& traits, const AxiomOptions& options,
+               const Progress& progress)
+      : mesh_(mesh), plc_(plc), options_(options), progress_(progress), keeps_(traits.facets != FacetKeeping::No),
         tolerance_(kCrossingTolerance * diagonal_of(plc)), cells_(plc) {
     report_.traits = traits;
   }
 
   [[nodiscard]] AxiomReport run() {
     if (!check_structure()) return std::move(report_);
+    poll_();
     triangles_ = sorted_triangles(mesh_.tets);
+    poll_();
     report_.layers = measure_layers(mesh_, plc_);
+    poll_();
     check_positive();
+    poll_();
     check_faces();
+    poll_();
     check_orphans();
     check_volumes();
+    poll_();
     check_slabs();
+    poll_();
     check_labels();
+    poll_();
     if (report_.traits.facets == FacetKeeping::Exactly && plc_.has_inner_faces)
       check_exact_facets();
     else
@@ -188,7 +199,9 @@ private:
 
   void check_positive() {
     CheckNotes found = notes();
+    Poll listen(poll_, 1 << 13);
     for (std::size_t t = 0; t < mesh_.tets.size(); ++t) {
+      listen();
       const int sign =
           exact_volume(vertex_of(mesh_, t, 0), vertex_of(mesh_, t, 1), vertex_of(mesh_, t, 2), vertex_of(mesh_, t, 3))
               .sign;
@@ -301,7 +314,9 @@ private:
     std::size_t next_crossing = 0;
     // Walls bend by half a pitch and thin tets hug them: this near to a wall either of its sides will do.
     const double hug = tolerance_ + 2 * plc_.grid.pitch;
+    Poll listen(poll_, 1 << 10);
     for (std::size_t t = 0; t < mesh_.tets.size(); ++t) {
+      listen();
       const std::int32_t slab = mesh_.tet_slab[t];
       if (next_crossing < crossing_.size() && crossing_[next_crossing] == t) {
         ++next_crossing;
@@ -373,7 +388,7 @@ private:
       if (!extra) ++i;
       if (!missing) ++j;
     }
-    const Certificate certificate = certify(mesh_, plc_);
+    const Certificate certificate = certify(mesh_, plc_, {}, progress_);
     for (const char* name : {"interface_triangles", "faces", "skin"}) {
       const CertificateCheck* check = certificate.find(name);
       if (check == nullptr || !check->passed)
@@ -411,7 +426,9 @@ private:
       of_slab[facet.back.slab].add(a);
     }
     std::size_t f = 0;
+    Poll listen(poll_, 1 << 10);
     for (const Facet& facet : mesh_.facets) {
+      listen();
       const std::size_t index = f++;
       if (!plc_.has_inner_faces && !facet.front.empty()) continue;
       const auto& a = mesh_.vertices[std::size_t(facet.vertices[0])];
@@ -506,6 +523,8 @@ private:
   const Mesh& mesh_;
   const Plc& plc_;
   AxiomOptions options_;
+  const Progress& progress_;
+  std::function<void()> poll_ = [this] { report(progress_, Stage::Certify, 0); };
   bool keeps_;
   double tolerance_;  // mm
   CellLocator cells_;
@@ -525,11 +544,11 @@ private:
 }  // namespace detail
 
 /// Checks a mesh of a complex against the axioms of a tetrahedralizer with these traits.
-/// Errors: TetrahedralizationError if the complex itself is not sound. Cost: O(n log n).
+/// Errors: TetrahedralizationError if the complex itself is not sound; Cancelled, by the listener. Cost: O(n log n).
 [[nodiscard]] inline AxiomReport check_axioms(const Mesh& mesh, const Plc& plc, const TetrahedralizerTraits& traits,
-                                              const AxiomOptions& options = {}) {
+                                              const AxiomOptions& options = {}, const Progress& progress = {}) {
   detail::require_sound(plc);
-  return detail::AxiomChecker(mesh, plc, traits, options).run();
+  return detail::AxiomChecker(mesh, plc, traits, options, progress).run();
 }
 
 /// Runs a model and checks its mesh, then runs a copy of it and compares.

@@ -16,6 +16,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <unordered_map>
 #include <utility>
@@ -57,7 +58,9 @@ struct WallTet {
 
 class SlabFill {
 public:
-  SlabFill(std::int32_t slab, const Sheet& bottom, const Sheet& top) : slab_(slab), bottom_(bottom), top_(top) {}
+  /// `poll` is called now and then; what it throws ends the work.
+  SlabFill(std::int32_t slab, const Sheet& bottom, const Sheet& top, const std::function<void()>& poll)
+      : slab_(slab), bottom_(bottom), top_(top), listen_(poll, 1 << 16) {}
 
   /// Calls emit(tet, region) with vertices of the complex, positively oriented.
   template <class Emit>
@@ -130,6 +133,7 @@ private:
         const bool counter_clockwise = (pass == 0) != first;
         for (std::size_t turn = 0; turn <= sheet.triangles.size(); ++turn) {
           const auto t = std::size_t(here.triangle);
+          listen_();
           // Around u counter-clockwise, the next triangle lies across the edge opposite to the vertex after u.
           const std::int32_t edge = (here.index + (counter_clockwise ? 1 : 2)) % 3;
           const std::int32_t next = sheet.neighbors[t][std::size_t(edge)];
@@ -180,6 +184,8 @@ private:
     struct WallCorner {
       std::int32_t wall, region;
       Corner corner;
+      std::int64_t along = 0;  // the coordinate in which the wall is longer
+      bool along_x = true;
       bool operator<(const WallCorner& o) const { return wall != o.wall ? wall < o.wall : region < o.region; }
     };
     std::vector<WallCorner> wall_corners;
@@ -189,6 +195,22 @@ private:
           for (std::int32_t j = 1; j <= 2; ++j)
             wall_corners.push_back({other.walls[t][std::size_t(i)], other.regions[t], {std::int32_t(t), (i + j) % 3}});
     std::stable_sort(wall_corners.begin(), wall_corners.end());
+    for (auto first = wall_corners.begin(); first != wall_corners.end();) {
+      auto last = first;
+      GridPoint low{kGridLimit, kGridLimit}, high{-kGridLimit, -kGridLimit};
+      for (; last != wall_corners.end() && !(*first < *last); ++last) {
+        const GridPoint& p = vertex(other, last->corner.triangle, last->corner.index);
+        low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+        high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+      }
+      for (auto it = first; it != last; ++it) {
+        const GridPoint& p = vertex(other, it->corner.triangle, it->corner.index);
+        it->along_x = high.x - low.x >= high.y - low.y;
+        it->along = it->along_x ? p.x : p.y;
+      }
+      std::stable_sort(first, last, [](const WallCorner& c, const WallCorner& d) { return c.along < d.along; });
+      first = last;
+    }
 
     std::vector<Corner> apex(own.triangles.size());
     std::vector<std::int32_t> queue;
@@ -220,8 +242,18 @@ private:
         const auto range =
             std::equal_range(wall_corners.begin(), wall_corners.end(), WallCorner{wall, own.regions[t], {}});
         if (wall == kNone || range.first == range.second) fail(*from.p[0]);
-        Corner best = range.first->corner;
-        for (auto it = range.first; it != range.second; ++it) {
+        // Vertices of a wall lie on a line up to a few pitches, and two of them have two corners each: the nearest is
+        // among the next ones along the wall.
+        constexpr std::ptrdiff_t kWindow = 16;  // corners on either side
+        const std::int64_t doubled_middle =
+            range.first->along_x ? from.p[0]->x + from.p[1]->x : from.p[0]->y + from.p[1]->y;
+        const auto at = std::lower_bound(range.first, range.second, doubled_middle,
+                                         [](const WallCorner& c, std::int64_t m) { return 2 * c.along < m; });
+        const auto window_first = at - std::min(at - range.first, kWindow),
+                   window_last = at + std::min(range.second - at, kWindow);
+        listen_(std::size_t(window_last - window_first));
+        Corner best = window_first->corner;
+        for (auto it = window_first; it != window_last; ++it) {
           const GridPoint &p = vertex(other, best.triangle, best.index),
                           &q = vertex(other, it->corner.triangle, it->corner.index);
           if (p != q && second_is_nearer<kLower>(from, p, q)) best = it->corner;
@@ -280,6 +312,7 @@ private:
   std::int32_t slab_;
   const Sheet& bottom_;
   const Sheet& top_;
+  mutable Poll listen_;  // triangles looked at
   std::unordered_map<std::uint64_t, char> done_;
   std::vector<WallTet> wall_tets_;
 };
@@ -557,11 +590,12 @@ struct SlabFiller {
         throw BudgetError(Stage::Tetrahedralize, "the mesh needs more tets than max_tets");
     };
     for (std::size_t s = 0; s < plc.slabs.size(); ++s) {
-      report(progress, Stage::Tetrahedralize, double(s) / double(plc.slabs.size()));
+      poll(s);
+      const std::function<void()> listen = [&] { poll(s); };
       const auto slab = static_cast<std::int32_t>(s);
       const detail::Sheet bottom = sheets.make(slab, false), top = sheets.make(slab, true);
       const std::size_t first = mesh.tets.size();
-      detail::SlabFill fill(slab, bottom, top);
+      detail::SlabFill fill(slab, bottom, top, listen);
       fill.run([&](const std::array<std::int32_t, 4>& tet, std::int32_t region) {
         mesh.tets.push_back(tet);
         mesh.tet_slab.push_back(slab);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "slice2mesh/arrange/segment_index.hpp"
+#include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/harmonize/harmonize.hpp"
 
 namespace slice2mesh {
@@ -77,6 +78,7 @@ private:
   std::vector<std::pair<GridPoint, GridPoint>> next;
   constexpr double kImprintFromContour = 0.7, kImprintSpacing = 0.6;  // of the contour size
   constexpr double kLatticeFromContour = 0.6;                         // of the lattice spacing
+  detail::Poll listen(poll, 1024);
   detail::SpacedPoints taken(std::max(1.0, sizes.contour_size * kImprintSpacing));
   const auto imprint = [&](std::int32_t s) {
     const Outline& outline = contours.outlines[std::size_t(s)];
@@ -84,6 +86,7 @@ private:
     next.insert(next.end(), segments.begin(), segments.end());
     const double limit = kImprintFromContour * sizes.contour_size;
     for (const GridPoint& p : outline.vertices) {
+      listen();
       if (own_index.distance(p, limit) < limit || !taken.clear(p, sizes.contour_size * kImprintSpacing)) continue;
       taken.add(p);
       result.push_back(p);

@@ -14,12 +14,14 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <numeric>
 #include <utility>
 #include <vector>
 
 #include "slice2mesh/arrange/snap_rounding.hpp"
 #include "slice2mesh/core/error.hpp"
+#include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/core/slab.hpp"
 
 namespace slice2mesh {
@@ -49,8 +51,10 @@ using Cdt = CGAL::Constrained_Delaunay_triangulation_2<CdtKernel,
   return {static_cast<double>(p.x), static_cast<double>(p.y)};
 }
 
-/// Inserts the points in a spatially coherent order. The vertex with info i stands at points[i].
-inline std::vector<Cdt::Vertex_handle> insert_points(Cdt& cdt, const std::vector<GridPoint>& points) {
+/// Inserts the points in a spatially coherent order. The vertex with info i stands at points[i]. `poll` is called now
+/// and then.
+inline std::vector<Cdt::Vertex_handle> insert_points(Cdt& cdt, const std::vector<GridPoint>& points,
+                                                     const std::function<void()>& poll = {}) {
   if (points.empty()) return {};  // the property map below takes the address of the first one
   std::vector<CdtPoint> coordinates;
   coordinates.reserve(points.size());
@@ -61,7 +65,9 @@ inline std::vector<Cdt::Vertex_handle> insert_points(Cdt& cdt, const std::vector
   CGAL::hilbert_sort(order.begin(), order.end(), Traits(CGAL::make_property_map(std::as_const(coordinates))));
   std::vector<Cdt::Vertex_handle> handles(points.size());
   Cdt::Face_handle hint;
+  Poll listen(poll, 1024);
   for (const std::size_t i : order) {
+    listen();
     handles[i] = cdt.insert(coordinates[i], hint);
     handles[i]->info() = static_cast<std::int32_t>(i);
     hint = handles[i]->face();
@@ -80,15 +86,20 @@ inline void insert_edge(Cdt& cdt, Cdt::Vertex_handle a, Cdt::Vertex_handle b, St
 }  // namespace detail
 
 /// The constrained Delaunay triangulation of an arrangement. Empty if all vertices lie on one line.
-/// Precondition: no edges cross, and no vertex lies on an edge, as in what `snap_round` gives. Cost: O(n log n).
-[[nodiscard]] inline PlanarTriangulation triangulate(const Arrangement& arrangement) {
+/// Precondition: no edges cross, and no vertex lies on an edge, as in what `snap_round` gives. `poll` is called now and
+/// then; what it throws ends the work. Cost: O(n log n).
+[[nodiscard]] inline PlanarTriangulation triangulate(const Arrangement& arrangement,
+                                                     const std::function<void()>& poll = {}) {
   using detail::Cdt;
   PlanarTriangulation result;
   Cdt cdt;
-  const std::vector<Cdt::Vertex_handle> handles = detail::insert_points(cdt, arrangement.vertices);
-  for (const Arrangement::Edge& e : arrangement.edges)
+  const std::vector<Cdt::Vertex_handle> handles = detail::insert_points(cdt, arrangement.vertices, poll);
+  detail::Poll listen(poll, 256);
+  for (const Arrangement::Edge& e : arrangement.edges) {
+    listen();
     detail::insert_edge(cdt, handles[static_cast<std::size_t>(e.a)], handles[static_cast<std::size_t>(e.b)],
                         Stage::Triangulate);
+  }
   if (cdt.dimension() < 2) return result;
   std::int32_t count = 0;
   for (const Cdt::Face_handle f : cdt.all_face_handles()) f->info() = cdt.is_infinite(f) ? kNone : count++;
@@ -103,6 +114,7 @@ inline void insert_edge(Cdt& cdt, Cdt::Vertex_handle a, Cdt::Vertex_handle b, St
     }
   }
   for (std::size_t e = 0; e < arrangement.edges.size(); ++e) {
+    listen();
     Cdt::Face_handle f;
     int i = 0;
     const auto a = handles[static_cast<std::size_t>(arrangement.edges[e].a)];
@@ -130,10 +142,11 @@ struct ArrangementFaces {
 };
 
 /// Faces and winding numbers by flooding from outside: crossing an edge from right to left adds its winding.
-/// Precondition: `triangulation` is that of `arrangement`. Cost: linear in the triangles plus the sizes of the winding
-/// states.
+/// Precondition: `triangulation` is that of `arrangement`. `poll` is called now and then; what it throws ends the work.
+/// Cost: linear in the triangles plus the sizes of the winding states.
 [[nodiscard]] inline ArrangementFaces find_faces(const Arrangement& arrangement,
-                                                 const PlanarTriangulation& triangulation) {
+                                                 const PlanarTriangulation& triangulation,
+                                                 const std::function<void()>& poll = {}) {
   ArrangementFaces faces;
   const std::size_t count = triangulation.triangles.size();
   faces.of_triangle.assign(count, kNone);
@@ -187,6 +200,7 @@ struct ArrangementFaces {
   std::vector<char> known(static_cast<std::size_t>(face_count), 0);
   known[0] = 1;
   stack.push_back(0);
+  detail::Poll listen(poll, 1 << 14);
   while (!stack.empty()) {
     const std::int32_t face = stack.back();
     stack.pop_back();
@@ -198,6 +212,7 @@ struct ArrangementFaces {
       known[static_cast<std::size_t>(other)] = 1;
       stack.push_back(other);
       const WindingState& from = faces.windings[static_cast<std::size_t>(face)];
+      listen(from.size() + 1);
       WindingState to;
       std::size_t i = 0;
       auto j = arrangement.edges[static_cast<std::size_t>(e)].first_tag;

@@ -57,11 +57,12 @@ public:
       for (const std::int64_t y : {-kGridLimit, kGridLimit}) points_.push_back({x, y});
     contour_.assign(points_.size(), 1);
     cdt_.infinite_vertex()->info() = kNone;
-    handles_ = insert_points(cdt_, points_);
+    handles_ = insert_points(cdt_, points_, options_.poll);
     const auto& edges = plane_.overlay.edges;
     subs_.reserve(edges.size() * 2);
     sub_of_.reserve(edges.size() * 4);
     for (std::size_t e = 0; e < edges.size(); ++e) {
+      poll();
       insert_edge(cdt_, handles_[std::size_t(edges[e].a)], handles_[std::size_t(edges[e].b)], Stage::Triangulate);
       subs_.push_back({edges[e].a, edges[e].b, std::int32_t(e), kNone});
       sub_of_[key(edges[e].a, edges[e].b)] = std::int32_t(e);
@@ -168,6 +169,7 @@ private:
       stack.push_back(f);
     };
     for (const Sub& s : subs_) {
+      poll();
       put(left_face(s.a, s.b).first, 2 * s.edge);
       put(left_face(s.b, s.a).first, 2 * s.edge + 1);
       while (!stack.empty()) {

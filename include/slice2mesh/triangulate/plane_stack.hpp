@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "slice2mesh/core/diagnostics.hpp"
@@ -74,9 +75,9 @@ struct PlaneStack {
   const auto planes = plane_slabs(contours.slabs, stack.slab_planes);
   std::int64_t vertices = 0;
   for (std::size_t k = 0; k < planes.size(); ++k) {
-    report(progress, Stage::Triangulate, double(k) / double(planes.size()));
-    const auto poll = [&] { report(progress, Stage::Triangulate, double(k) / double(planes.size())); };
-    InterfacePlane plane = lift(contours, planes[k].first, planes[k].second);
+    const std::function<void()> poll = [&] { report(progress, Stage::Triangulate, double(k) / double(planes.size())); };
+    poll();
+    InterfacePlane plane = lift(contours, planes[k].first, planes[k].second, poll);
     PlaneRefinement refinement;
     refinement.interior = interior_points(contours, planes[k].first, planes[k].second,
                                           {sizes.size / pitch, sizes.contour_size / pitch}, poll);
