@@ -24,6 +24,7 @@
 #include "slice2mesh/arrange/segment_index.hpp"
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/regions/slabs.hpp"
+#include "slice2mesh/regions/thicken.hpp"
 
 namespace slice2mesh::detail {
 
@@ -250,6 +251,10 @@ private:
     double gap;
     std::size_t slab;
     GridPoint p;
+    bool operator<(const Close& o) const {
+      if (gap != o.gap) return gap < o.gap;
+      return slab != o.slab ? slab < o.slab : p < o.p;
+    }
   };
   /// Columns that are nearer than `apart` to another vertex or an edge, the nearest first.
   [[nodiscard]] std::vector<Close> close_columns(const std::function<void()>& poll) {
@@ -266,10 +271,7 @@ private:
         if (gap < limits_.apart) result.push_back({gap, s, p});
       }
     }
-    std::sort(result.begin(), result.end(), [](const Close& a, const Close& b) {
-      if (a.gap != b.gap) return a.gap < b.gap;
-      return a.slab != b.slab ? a.slab < b.slab : a.p < b.p;
-    });
+    std::sort(result.begin(), result.end());
     return result;
   }
 
@@ -280,8 +282,11 @@ private:
     std::size_t moved = 0;
     if (!(apart > 0)) return moved;
     std::vector<std::pair<double, GridPoint>> places;
+    std::vector<Close> stuck;
     for (const Close& c : close_columns(poll)) {
       poll();
+      // Nothing near by has moved since it could not.
+      if (std::binary_search(stuck_.begin(), stuck_.end(), c)) continue;
       if (!find_column(c.slab, c.p)) continue;
       const double gap = gap_at(c.p, c.p, 0), least = gap + kSpreadGain * apart;
       if (gap >= apart) continue;
@@ -301,15 +306,20 @@ private:
       for (const GridPoint& q : feet(c.p)) offer(q);
       std::sort(places.begin(), places.end());
       clearance_ = gap;
+      bool stays = true;
       for (const auto& place : places) {
         const GridPoint& q = place.second;
         if (change(q) > limits_.deviation || !possible({gap, c.slab, c.p, c.p}, q)) continue;
         apply(q);
         for (const Step& step : steps_) changed[step.slab] = 1;
         ++moved;
+        stays = false;
         break;
       }
+      if (stays) stuck.push_back({gap, c.slab, c.p});
     }
+    std::sort(stuck.begin(), stuck.end());
+    stuck_ = std::move(stuck);
     return moved;
   }
   /// Finds the steps of the column at p, which stands in `slab` and others. False if there is none, or it may not move.
@@ -334,6 +344,9 @@ private:
   void for_each_beside(const GridPoint& p, const GridPoint& a, const GridPoint& b, std::size_t slab, F&& f) const {
     const std::size_t first = stacked(slab) ? slab - 1 : slab;
     const std::size_t last = stacked(slab + 1) ? slab + 1 : slab;
+    const auto near = std::int64_t(std::ceil(limits_.apart));
+    const GridPoint low{std::min(a.x, b.x) - near, std::min(a.y, b.y) - near};
+    const GridPoint high{std::max(a.x, b.x) + near, std::max(a.y, b.y) + near};
     for (std::size_t s = first; s <= last; ++s) {
       const Sheet& sheet = sheets_[s];
       const auto pad = std::int64_t(std::ceil(limits_.apart + sheet.farthest)) + 1;
@@ -341,6 +354,8 @@ private:
         looked();
         if (!sheet.alive[e]) return;
         const GridPoint &u = sheet.point(sheet.outline.edges[e].a), &w = sheet.point(sheet.outline.edges[e].b);
+        if (std::max(u.x, w.x) < low.x || std::min(u.x, w.x) > high.x) return;
+        if (std::max(u.y, w.y) < low.y || std::min(u.y, w.y) > high.y) return;
         if (u != p && w != p) f(s, u, w);
       });
     }
@@ -627,6 +642,7 @@ private:
   double clearance_ = 0;  // of the merge in question
   std::vector<Sheet> sheets_;
   std::vector<Step> steps_;
+  std::vector<Close> stuck_;  // sorted: columns that no place was found for
   std::vector<std::pair<GridPoint, GridPoint>> old_, now_;
   std::vector<std::size_t> seen_;
   Poll* listen_ = nullptr;  // while it runs

@@ -73,7 +73,8 @@ inline constexpr double kColumnDeviation = 0.97;   // ... within this deviation 
 inline constexpr double kColumnMost = 0.995;       // ... or this one where there was more before ...
 inline constexpr double kClearanceShare = 0.7;     // ... and not if a vertex gets nearer than this to an edge
 inline constexpr double kApartShare = 1.1;         // columns nearer than this to something are moved away from it
-inline constexpr double kResolutionShare = 0.005;  // resolution of the measured deviation
+inline constexpr double kResolutionShare = 0.005;  // resolution of the measured deviation ...
+inline constexpr double kFineShare = 0.0001;       // ... and where that does not tell it from eps
 
 /// Which ends of the edges (#E by 2) have another edge at a sharp angle beside them, one that is not so sharp that the
 /// grid cannot tell the edges apart.
@@ -181,6 +182,14 @@ inline void subdivide(Outline& outline, double longest) {
   return outline;
 }
 
+/// The deviation of an outline from its slice in pitches, not above the true one by more than a share of eps.
+[[nodiscard]] inline double measured_deviation(const Outline& outline, const Outline& slice, double eps,
+                                               const std::function<void()>& poll) {
+  const double coarse = deviation(outline, slice, kResolutionShare * eps, poll);
+  if (coarse <= eps || coarse > (1 + kResolutionShare) * eps) return coarse;
+  return deviation(outline, slice, kFineShare * eps, poll);
+}
+
 /// Merges contour vertices that are near to each other in all slabs, or moves them apart (see ColumnMerger), and
 /// measures the deviation of the slabs concerned. Slabs that are then too far from their slices are left out of it, and
 /// all is done again.
@@ -200,7 +209,7 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
     for (std::size_t s = 0; s < outlines.size(); ++s) {
       if (!changed[s]) continue;
       attach_vertices(outlines[s], std::int32_t(contours.regions.size()), poll);
-      const double measured = deviation(outlines[s], input.outlines[s], kResolutionShare * eps, poll);
+      const double measured = measured_deviation(outlines[s], input.outlines[s], eps, poll);
       deviations[s] = measured * contours.grid.pitch;
       if (measured <= eps) continue;
       frozen[s] = 1;
@@ -284,7 +293,7 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
         detail::normalize(outline);
       }
       detail::attach_vertices(outline, static_cast<std::int32_t>(input.regions.size()), poll);
-      deviation = detail::deviation(outline, own, detail::kResolutionShare * eps, poll);
+      deviation = detail::measured_deviation(outline, own, eps, poll);
       if (deviation <= eps) break;
       diagnostics.add(Severity::Note, Stage::Harmonize, "harmonized_again",
                       "deviation of " + std::to_string(deviation / eps) + " eps; done again with a smaller share",
