@@ -336,7 +336,9 @@ private:
     }
     for (std::size_t s = slab + 1; stacked(s) && add(s); ++s) {
     }
-    return std::none_of(steps_.begin(), steps_.end(), [&](const Step& step) { return frozen_[step.slab] != 0; });
+    return std::none_of(steps_.begin(), steps_.end(), [&](const Step& step) {
+      return frozen_[step.slab] != 0 || sheets_[step.slab].edges_at[std::size_t(step.v)].size() > kMostEdges;
+    });
   }
   /// Calls f(slab, u, w) for the edges uw of a slab and those next to it that are near ab and do not end in p, for some
   /// of them more than once.
@@ -380,6 +382,7 @@ private:
         if (gap < floor) return gap;
         const GridPoint x = sheet.point(sheet.other_end(e, step.v));
         for_each_beside(p, q, x, step.slab, [&](std::size_t s, const GridPoint& u, const GridPoint& w) {
+          if (gap < floor) return;
           const bool same = s == step.slab;
           apart(segment_distance(q, u, w), same);
           if (!same) gap = std::min({gap, distance(q, u), distance(q, w)});
@@ -628,6 +631,7 @@ private:
   }
 
   static constexpr int kSpreadRounds = 2;
+  static constexpr std::size_t kMostEdges = 8;                    // where more contours meet in a point, it stays
   static constexpr int kSpreadRings = 4, kSpreadDirections = 16;  // places that are tried
   static constexpr double kSpreadGain = 0.05;                     // of `apart`: what a move has to gain
   static constexpr double kSpreadChange = 0.1;    // what a change of the contours counts against a distance
