@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 /// @file
-/// @brief Interior vertices of the planes: one lattice for all of them, and the contours of the planes next to them.
+/// @brief Interior vertices of the planes: one graded lattice for all of them, and the contours of the planes next to
+/// them.
 #pragma once
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "slice2mesh/arrange/segment_index.hpp"
+#include "slice2mesh/arrange/snap_rounding.hpp"
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/harmonize/harmonize.hpp"
 
@@ -46,6 +48,54 @@ private:
   static std::uint64_t key(std::int64_t c, std::int64_t r) { return GridHash{}({c, r}); }
   double distance_;
   std::unordered_multimap<std::uint64_t, GridPoint> cells_;
+};
+
+/// Where contours of neighboring slabs run side by side in a narrow band: triangles there are small, and those next to
+/// them should not be much larger.
+class NarrowBands {
+public:
+  /// `outlines`: of slabs that follow each other upwards. `size`: spacing of the lattice.
+  NarrowBands(const std::vector<const Outline*>& outlines, double size, Poll& listen)
+      : reach_(kFineBelow * size / kGrowth), limit_(kFineBelow * size) {
+    std::vector<SegmentIndex> index;
+    for (const Outline* outline : outlines) index.emplace_back(*outline);
+    const double narrow = kNarrow * size, spacing = kSpacing * size;
+    SpacedPoints taken(std::max(1.0, spacing));
+    for (std::size_t i = 0; i + 1 < outlines.size(); ++i)
+      for (const std::size_t side : {i, i + 1})
+        for (const GridPoint& p : outlines[side]->vertices) {
+          listen();
+          const double width = index[side == i ? i + 1 : i].distance(p, narrow);
+          // What stands on the other contour is not beside it.
+          if (!(width < narrow) || width <= kAttachSteps * double(kContourStep) || !taken.clear(p, spacing)) continue;
+          taken.add(p);
+          const std::int64_t c = cell(p.x), r = cell(p.y);
+          for (std::int64_t x = c - 1; x <= c + 1; ++x)
+            for (std::int64_t y = r - 1; y <= r + 1; ++y) places_[GridHash{}({x, y})].push_back({p, width});
+        }
+  }
+  [[nodiscard]] bool empty() const { return places_.empty(); }
+  /// Is the size that grows from the bands still small at p, so that the lattice should be finer there?
+  [[nodiscard]] bool is_fine(const GridPoint& p) const {
+    const auto it = places_.find(GridHash{}({cell(p.x), cell(p.y)}));
+    return it != places_.end() && std::any_of(it->second.begin(), it->second.end(), [&](const Place& place) {
+             return place.width + kGrowth * distance(place.point, p) < limit_;
+           });
+  }
+
+private:
+  static constexpr double kNarrow = 0.15;    // of the lattice spacing: bands below this width count
+  static constexpr double kGrowth = 0.5;     // of the size over distance
+  static constexpr double kFineBelow = 0.8;  // of the lattice spacing: the size up to which the finer lattice is used
+  static constexpr double kSpacing = 0.1;    // of the lattice spacing: places nearer to each other than this are one
+
+  struct Place {
+    GridPoint point;
+    double width;
+  };
+  [[nodiscard]] std::int64_t cell(std::int64_t x) const { return std::int64_t(std::floor(double(x) / reach_)); }
+  double reach_, limit_;
+  std::unordered_map<std::uint64_t, std::vector<Place>> places_;  // in each cell and the cells next to it
 };
 
 }  // namespace detail
@@ -92,8 +142,13 @@ private:
       result.push_back(p);
     }
   };
-  if (slab_below != kNone && slab_below > 0 && touch(slab_below - 1)) imprint(slab_below - 1);
-  if (slab_above != kNone && slab_above + 1 < count && touch(slab_above)) imprint(slab_above + 1);
+  std::vector<std::int32_t> slabs;  // this plane's and the next ones, upwards
+  if (slab_below != kNone && slab_below > 0 && touch(slab_below - 1)) slabs.push_back(slab_below - 1);
+  for (const std::int32_t s : {slab_below, slab_above})
+    if (s != kNone) slabs.push_back(s);
+  if (slab_above != kNone && slab_above + 1 < count && touch(slab_above)) slabs.push_back(slab_above + 1);
+  for (const std::int32_t s : slabs)
+    if (s != slab_below && s != slab_above) imprint(s);
   const detail::SegmentIndex next_index(std::move(next));
   const double dx = sizes.size, dy = sizes.size * std::sqrt(3.0) / 2, clear = kLatticeFromContour * sizes.size;
   const auto row0 = std::int64_t(std::floor(double(low.y) / dy)), row1 = std::int64_t(std::ceil(double(high.y) / dy));
@@ -106,6 +161,22 @@ private:
       const GridPoint p{round_to_step(std::llround((double(column) + (row % 2 != 0 ? 0.5 : 0)) * dx)),
                         round_to_step(std::llround(double(row) * dy))};
       if (own_index.distance(p, clear) < clear || next_index.distance(p, clear) < clear) continue;
+      result.push_back(p);
+    }
+  // Next to narrow bands the lattice of half the spacing, which the coarse one is part of.
+  std::vector<const Outline*> outlines;
+  for (const std::int32_t s : slabs) outlines.push_back(&contours.outlines[std::size_t(s)]);
+  const detail::NarrowBands bands(outlines, sizes.size, listen);
+  if (bands.empty()) return result;
+  for (std::int64_t row = 2 * row0; row <= 2 * row1; ++row)
+    for (std::int64_t column = 2 * column0; column <= 2 * column1; ++column) {
+      if (poll && ((column - 2 * column0) % kPollEvery == 0)) poll();
+      const GridPoint p{round_to_step(std::llround((double(column) + (row % 2 != 0 ? 0.5 : 0)) * dx / 2)),
+                        round_to_step(std::llround(double(row) * dy / 2))};
+      if (!bands.is_fine(p)) continue;
+      const bool coarse = row % 2 == 0 && (column - row / 2) % 2 == 0;
+      const double near = std::min(own_index.distance(p, clear), next_index.distance(p, clear));
+      if (near < clear / 2 || (coarse && near >= clear)) continue;
       result.push_back(p);
     }
   return result;
