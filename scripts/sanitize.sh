@@ -4,7 +4,7 @@
 #
 #   bash scripts/sanitize.sh [--all] [--fuzz SECONDS]
 #
-# --all           every test but those labelled slow and external, not only those that are quick to compile
+# --all           every test of the library but those labelled slow and external, not only those that are quick to compile
 # --fuzz SECONDS  then run every fuzz target for so long, one per processor at a time (where Clang is installed; 0, the default:
 #                 none)
 #
@@ -37,22 +37,25 @@ if [ "$fuzz" -gt 0 ] && ! command -v clang++ >/dev/null; then
   fuzz=0
 fi
 # The modules that read, write and check; without fuzzers also the inputs that they found, which go through the whole
-# pipeline.
-modules=(cli fem io quality arrange)
-if [ "$fuzz" -eq 0 ]; then modules+=(fuzz); fi
-export UBSAN_OPTIONS=print_stacktrace=1
-cmake --preset asan -B "$build" -DSLICE2MESH_BUILD_EXAMPLES=OFF -DSLICE2MESH_BUILD_BENCHMARKS=OFF
-if [ "$all" = yes ]; then
-  cmake --build "$build" --parallel "$jobs" --target slice2mesh_tests
-  ctest --test-dir "$build" --output-on-failure --no-tests=error --parallel "$jobs" --timeout 1800 \
-    --tests-regex '^(arrange|cli|differential|fem|fuzz|harmonize|improve|io|lift|metamorphic|pipeline|plc|quality|regions|resources|tet|torture|triangulate)\.' \
-    --label-exclude 'slow|external'
-else
-  cmake --build "$build" --parallel "$jobs" --target "${modules[@]/%/_tests}"
-  pattern=$(IFS='|'; echo "${modules[*]}")
-  ctest --test-dir "$build" --output-on-failure --no-tests=error --parallel "$jobs" \
-    --tests-regex "^($pattern)\\." --label-exclude 'slow|external|corpus'
+# pipeline. Sources are joined: headers are instrumented once.
+modules=(arrange cli fem io quality)
+programs=(parts_tests)
+if [ "$fuzz" -eq 0 ]; then
+  modules+=(fuzz)
+  programs+=(fuzz_tests)
 fi
+leave_out='slow|external|corpus'
+if [ "$all" = yes ]; then
+  modules+=(differential fuzz harmonize improve lift meshers metamorphic pipeline plc regions resources tet torture triangulate)
+  programs=(slice2mesh_tests)
+  leave_out='slow|external'
+fi
+export UBSAN_OPTIONS=print_stacktrace=1
+cmake --preset asan -B "$build" -DSLICE2MESH_UNITY=ON -DSLICE2MESH_BUILD_EXAMPLES=OFF -DSLICE2MESH_BUILD_BENCHMARKS=OFF
+cmake --build "$build" --parallel "$jobs" --target "${programs[@]}"
+pattern=$(IFS='|'; echo "${modules[*]}")
+ctest --test-dir "$build" --output-on-failure --no-tests=error --parallel "$jobs" --timeout 1800 \
+  --tests-regex "^($pattern)\\." --label-exclude "$leave_out"
 
 if [ "$fuzz" -eq 0 ]; then exit 0; fi
 cmake --preset fuzz -B "$build-fuzz" -DSLICE2MESH_FUZZ_SECONDS="$fuzz"

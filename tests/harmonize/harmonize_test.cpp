@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <random>
 #include <vector>
 
 #include "plc/chain.hpp"
@@ -153,6 +154,47 @@ TEST_CASE("deviations do not add up over the layers") {
   CHECK_FALSE(same(h.contours.outlines.front(), h.contours.outlines.back()));
 }
 
+TEST_CASE("the measured deviation is not above the true one by more than the resolution") {
+  const std::uint32_t seed = 20261122;
+  INFO("seed " << seed);
+  std::mt19937 random(seed);
+  const auto uniform = [&](std::int64_t most) { return std::uniform_int_distribution<std::int64_t>(0, most)(random); };
+  const double resolution = 400;
+  double largest = 0;
+  for (int round = 0; round < 20; ++round) {
+    // Two rough lines beside each other, with steps of their own.
+    Outline lines[2];
+    for (Outline& line : lines)
+      for (std::int64_t x = 0; x < 1000000; x += 1000 + uniform(8000)) {
+        line.vertices.push_back({x, uniform(3000) + (&line == lines ? 0 : 20000)});
+        const auto n = std::int32_t(line.vertices.size());
+        if (n > 1) line.edges.push_back({n - 2, n - 1, 0, kNone});
+      }
+    double found = 0, step = 0;
+    for (const Outline::Edge& e : lines[0].edges) {
+      const GridPoint &a = lines[0].vertices[std::size_t(e.a)], &b = lines[0].vertices[std::size_t(e.b)];
+      step = std::max(step, detail::distance(a, b) / 200);
+      for (int i = 0; i <= 200; ++i)
+        found = std::max(found, distance_to(lines[1], {a.x + (b.x - a.x) * i / 200, a.y + (b.y - a.y) * i / 200}));
+    }
+    const double measured = detail::one_sided_deviation(lines[0], detail::SegmentIndex(lines[1]), resolution);
+    REQUIRE(measured >= found - 1);
+    REQUIRE(measured <= found + step + resolution);
+    largest = std::max(largest, measured - found);
+  }
+  CHECK(largest > 0);  // the bound is not taken for the value
+}
+
+TEST_CASE("a tolerance wider than the part is as any other that is") {
+  const SliceStack stack = random_stack(3, 3);
+  const Harmonized wide = harmonize_stack(stack, 1e6), wider = harmonize_stack(stack, 1e250);
+  for (std::size_t s = 0; s < wide.contours.outlines.size(); ++s) {
+    check_valid(wide.contours.outlines[s]);
+    CHECK(same(wide.contours.outlines[s], wider.contours.outlines[s]));
+  }
+  CHECK(wide.contours.outlines.size() == 3);
+}
+
 TEST_CASE("a contour has no edge longer than its size") {
   const Harmonized h = harmonize_stack(stack_of({{rectangle(0, 0, 10, 3)}, {rectangle(0, 0, 10, 4)}}), 0.1, 0.5);
   std::size_t edges = 0;
@@ -183,13 +225,14 @@ struct MergedColumns {
   std::vector<char> changed;
 };
 /// Columns nearer than 1600 pitches merged, in slabs that stand on each other and are their own slices.
-MergedColumns merge(const std::vector<Outline>& outlines, double deviation, const std::vector<char>& frozen = {}) {
+MergedColumns merge(const std::vector<Outline>& outlines, double deviation, const std::vector<char>& frozen = {},
+                    double apart = 0) {
   std::vector<Slab> slabs(outlines.size());
   for (std::size_t s = 0; s < slabs.size(); ++s) slabs[s].z_low = double(s), slabs[s].z_high = double(s + 1);
   const std::vector<char> none(outlines.size(), 0);
   MergedColumns result{outlines, {}};
   detail::ColumnMerger merger(result.outlines, outlines, slabs, frozen.empty() ? none : frozen,
-                              {1600, deviation, 600, 1e9});
+                              {std::max(1600.0, apart), deviation, deviation, 600, 1e9, apart});
   merger.run(result.changed, [] {});
   return result;
 }
@@ -231,6 +274,40 @@ TEST_CASE("columns do not merge where a slab would leave its slice, nor in slabs
   const MergedColumns frozen = merge({lower, upper}, 1000, {0, 1});
   CHECK(same(frozen.outlines[0], lower));
   CHECK(same(frozen.outlines[1], upper));
+}
+
+TEST_CASE("a vertex beside an edge of the next slab moves onto it or away, within the deviation") {
+  const Outline lower = polygon(kSquare);
+  const std::vector<char> none(2, 0);
+  std::size_t onto = 0, away = 0;
+  for (const std::int64_t beside : {1600, 3200, 4800, 6400, -1600, -3200, -4800, -6400}) {
+    INFO("at " << beside << " pitches");
+    const GridPoint bulge{kSide + beside, kSide / 2};
+    const Outline upper = polygon({{0, 0}, {kSide, 0}, bulge, {kSide, kSide}, {0, kSide}});
+    const double before = double(std::llabs(beside));
+    const MergedColumns moved = merge({lower, upper}, 7000, none, 8000);
+    CHECK(moved.changed != none);
+    for (std::size_t k = 0; k < 2; ++k) {
+      check_valid(moved.outlines[k]);
+      CHECK(detail::deviation(moved.outlines[k], k == 0 ? lower : upper, 1) <= 7001);
+    }
+    double nearest = HUGE_VAL;  // of the vertices of the upper slab that the lower one does not have
+    const std::vector<GridPoint>& common = moved.outlines[0].vertices;
+    for (const GridPoint& v : moved.outlines[1].vertices)
+      if (std::find(common.begin(), common.end(), v) == common.end())
+        nearest = std::min(nearest, distance_to(moved.outlines[0], v));
+    if (nearest <= kAttachSteps * double(kContourStep))
+      ++onto;
+    else if (nearest > before)
+      ++away;
+    else
+      FAIL("still at " << nearest);
+    // Not where it would leave its slice, nor where it is not wanted.
+    CHECK(merge({lower, upper}, 100, none, 8000).changed == none);
+    CHECK(merge({lower, upper}, 7000, {0, 1}, 8000).changed == none);
+    CHECK(merge({lower, upper}, 7000, none, before).changed == none);
+  }
+  CHECK(onto + away == 8);
 }
 
 TEST_CASE("a column does not move across what stands in its way") {

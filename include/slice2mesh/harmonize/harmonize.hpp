@@ -245,7 +245,9 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
   result.thickness = input.thickness;
   result.eps = options.eps;
   result.z_convention = input.z_convention;
-  const double eps = std::max(options.eps / input.grid.pitch, detail::kSmallestEps);
+  // Nothing is farther apart than the grid is wide: a larger tolerance means the same, and fits the integers.
+  const double eps =
+      std::clamp(options.eps / input.grid.pitch, detail::kSmallestEps, 4 * static_cast<double>(kGridLimit));
   result.tolerance = eps * input.grid.pitch;
   if (options.eps > 0 && options.eps / input.grid.pitch < detail::kSmallestEps)
     diagnostics.add(Severity::Warning, Stage::Harmonize, "eps_too_small",
