@@ -58,6 +58,7 @@ public:
   NarrowBands(const std::vector<const Outline*>& outlines, double size, Poll& listen)
       : reach_(kFineBelow * size / kGrowth), limit_(kFineBelow * size) {
     std::vector<SegmentIndex> index;
+    index.reserve(outlines.size());
     for (const Outline* outline : outlines) index.emplace_back(*outline);
     const double narrow = kNarrow * size, spacing = kSpacing * size;
     SpacedPoints taken(std::max(1.0, spacing));
@@ -165,6 +166,7 @@ private:
     }
   // Next to narrow bands the lattice of half the spacing, which the coarse one is part of.
   std::vector<const Outline*> outlines;
+  outlines.reserve(slabs.size());
   for (const std::int32_t s : slabs) outlines.push_back(&contours.outlines[std::size_t(s)]);
   const detail::NarrowBands bands(outlines, sizes.size, listen);
   if (bands.empty()) return result;
