@@ -106,8 +106,11 @@ private:
 /// points wherever all their contours are far enough. `poll` is called now and then; what it throws ends the work.
 /// Precondition: the indices are slabs of the contours, the sizes above 0 (not checked). Cost: O(n log n).
 [[nodiscard]] inline std::vector<GridPoint> interior_points(const Contours& contours, std::int32_t slab_below,
-                                                            std::int32_t slab_above, const InteriorSizes& sizes,
+                                                            std::int32_t slab_above, const InteriorSizes& asked,
                                                             const std::function<void()>& poll = {}) {
+  // No two points are farther apart than the grid is wide: larger sizes mean the same, and fit the integers.
+  constexpr double kLargest = 4 * static_cast<double>(kGridLimit);
+  const InteriorSizes sizes{std::min(asked.size, kLargest), std::min(asked.contour_size, kLargest)};
   std::vector<GridPoint> result;
   const auto count = static_cast<std::int32_t>(contours.slabs.size());
   const auto touch = [&](std::int32_t s) {  // slab s touches slab s + 1
