@@ -76,7 +76,7 @@ public:
       if (merged == 0) break;
     }
     for (int round = 0; round < kSpreadRounds; ++round)
-      if (spread(changed, poll) == 0) break;
+      if (spread(changed) == 0) break;
     listen_ = nullptr;
     for (std::size_t s = 0; s < sheets_.size(); ++s)
       if (changed[s]) sheets_[s].finish();
@@ -198,19 +198,7 @@ private:
   }
 
   bool merge(const Candidate& c, std::vector<char>& changed) {
-    // The slabs that have one of the two or both.
-    steps_.clear();
-    const auto add = [&](std::size_t s) {
-      const Step step{s, sheets_[s].at(c.v), sheets_[s].at(c.w)};
-      if (step.v == kNone && step.w == kNone) return false;
-      steps_.push_back(step);
-      return true;
-    };
-    if (!add(c.slab)) return false;
-    for (std::size_t s = c.slab; stacked(s) && add(s - 1); --s) {
-    }
-    for (std::size_t s = c.slab + 1; stacked(s) && add(s); ++s) {
-    }
+    if (!find_steps(c.slab, c.v, &c.w)) return false;
     bool both = false;
     for (const Step& step : steps_) {
       if (frozen_[step.slab]) return false;
@@ -257,12 +245,12 @@ private:
     }
   };
   /// Columns that are nearer than `apart` to another vertex or an edge, the nearest first.
-  [[nodiscard]] std::vector<Close> close_columns(const std::function<void()>& poll) {
+  [[nodiscard]] std::vector<Close> close_columns() {
     std::vector<Close> result;
     for (std::size_t s = 0; s < sheets_.size(); ++s) {
       const Sheet& sheet = sheets_[s];
       for (std::size_t v = 0; v < sheet.edges_at.size(); ++v) {
-        if (v % kPollEvery == 0) poll();
+        looked();
         if (sheet.edges_at[v].empty()) continue;
         const GridPoint p = sheet.point(std::int32_t(v));
         if (stacked(s) && sheets_[s - 1].at(p) != kNone) continue;  // once, for the lowest slab
@@ -277,15 +265,15 @@ private:
 
   /// Moves columns that are too near to something, where merging was not possible, to the best of some places around
   /// them. Returns how many.
-  std::size_t spread(std::vector<char>& changed, const std::function<void()>& poll) {
+  std::size_t spread(std::vector<char>& changed) {
     const double apart = limits_.apart;
     std::size_t moved = 0;
     if (!(apart > 0)) return moved;
     std::vector<std::pair<double, GridPoint>> places;
     std::vector<Close> stuck;
-    for (const Close& c : close_columns(poll)) {
-      poll();
-      // Nothing near by has moved since it could not.
+    for (const Close& c : close_columns()) {
+      looked(16);
+      // As near as when no place was found for it: most likely nothing has moved there since.
       if (std::binary_search(stuck_.begin(), stuck_.end(), c)) continue;
       if (!find_column(c.slab, c.p)) continue;
       const double gap = gap_at(c.p, c.p, 0), least = gap + kSpreadGain * apart;
@@ -322,13 +310,13 @@ private:
     stuck_ = std::move(stuck);
     return moved;
   }
-  /// Finds the steps of the column at p, which stands in `slab` and others. False if there is none, or it may not move.
-  bool find_column(std::size_t slab, const GridPoint& p) {
+  /// Finds the slabs that have v, or w if it is given, or both: from `slab` up and down. False if `slab` has neither.
+  bool find_steps(std::size_t slab, const GridPoint& v, const GridPoint* w) {
     steps_.clear();
     const auto add = [&](std::size_t s) {
-      const std::int32_t v = sheets_[s].at(p);
-      if (v == kNone) return false;
-      steps_.push_back({s, v, kNone});
+      const Step step{s, sheets_[s].at(v), w != nullptr ? sheets_[s].at(*w) : kNone};
+      if (step.v == kNone && step.w == kNone) return false;
+      steps_.push_back(step);
       return true;
     };
     if (!add(slab)) return false;
@@ -336,9 +324,13 @@ private:
     }
     for (std::size_t s = slab + 1; stacked(s) && add(s); ++s) {
     }
-    return std::none_of(steps_.begin(), steps_.end(), [&](const Step& step) {
-      return frozen_[step.slab] != 0 || sheets_[step.slab].edges_at[std::size_t(step.v)].size() > kMostEdges;
-    });
+    return true;
+  }
+  /// Finds the steps of the column at p, which stands in `slab` and others. False if there is none, or it may not move.
+  bool find_column(std::size_t slab, const GridPoint& p) {
+    return find_steps(slab, p, nullptr) && std::none_of(steps_.begin(), steps_.end(), [&](const Step& step) {
+             return frozen_[step.slab] != 0 || sheets_[step.slab].edges_at[std::size_t(step.v)].size() > kMostEdges;
+           });
   }
   /// Calls f(slab, u, w) for the edges uw of a slab and those next to it that are near ab and do not end in p, for some
   /// of them more than once.

@@ -158,32 +158,32 @@ private:
   const auto row0 = std::int64_t(std::floor(double(low.y) / dy)), row1 = std::int64_t(std::ceil(double(high.y) / dy));
   const auto column0 = std::int64_t(std::floor(double(low.x) / dx)) - 1,
              column1 = std::int64_t(std::ceil(double(high.x) / dx));
-  constexpr std::int64_t kPollEvery = 4096;  // lattice points, and every row
-  for (std::int64_t row = row0; row <= row1; ++row)
-    for (std::int64_t column = column0; column <= column1; ++column) {
-      if (poll && ((column - column0) % kPollEvery == 0)) poll();
-      const GridPoint p{round_to_step(std::llround((double(column) + (row % 2 != 0 ? 0.5 : 0)) * dx)),
-                        round_to_step(std::llround(double(row) * dy))};
-      if (own_index.distance(p, clear) < clear || next_index.distance(p, clear) < clear) continue;
-      result.push_back(p);
-    }
+  // Calls f(row, column, point) for the lattice whose spacing is the n-th part.
+  const auto for_each_lattice_point = [&](std::int64_t n, auto&& f) {
+    constexpr std::int64_t kPollEvery = 4096;  // lattice points, and every row
+    for (std::int64_t row = n * row0; row <= n * row1; ++row)
+      for (std::int64_t column = n * column0; column <= n * column1; ++column) {
+        if (poll && ((column - n * column0) % kPollEvery == 0)) poll();
+        const double x = (double(column) + (row % 2 != 0 ? 0.5 : 0)) * dx, y = double(row) * dy;
+        f(row, column,
+          GridPoint{round_to_step(std::llround(x / double(n))), round_to_step(std::llround(y / double(n)))});
+      }
+  };
+  for_each_lattice_point(1, [&](std::int64_t, std::int64_t, const GridPoint& p) {
+    if (own_index.distance(p, clear) >= clear && next_index.distance(p, clear) >= clear) result.push_back(p);
+  });
   // Next to narrow bands the lattice of half the spacing, which the coarse one is part of.
   std::vector<const Outline*> outlines;
   outlines.reserve(slabs.size());
   for (const std::int32_t s : slabs) outlines.push_back(&contours.outlines[std::size_t(s)]);
   const detail::NarrowBands bands(outlines, sizes.size, listen);
   if (bands.empty()) return result;
-  for (std::int64_t row = 2 * row0; row <= 2 * row1; ++row)
-    for (std::int64_t column = 2 * column0; column <= 2 * column1; ++column) {
-      if (poll && ((column - 2 * column0) % kPollEvery == 0)) poll();
-      const GridPoint p{round_to_step(std::llround((double(column) + (row % 2 != 0 ? 0.5 : 0)) * dx / 2)),
-                        round_to_step(std::llround(double(row) * dy / 2))};
-      if (!bands.is_fine(p)) continue;
-      const bool coarse = row % 2 == 0 && (column - row / 2) % 2 == 0;
-      const double near = std::min(own_index.distance(p, clear), next_index.distance(p, clear));
-      if (near < clear / 2 || (coarse && near >= clear)) continue;
-      result.push_back(p);
-    }
+  for_each_lattice_point(2, [&](std::int64_t row, std::int64_t column, const GridPoint& p) {
+    if (!bands.is_fine(p)) return;
+    const bool coarse = row % 2 == 0 && (column - row / 2) % 2 == 0;
+    const double near = std::min(own_index.distance(p, clear), next_index.distance(p, clear));
+    if (near >= clear / 2 && !(coarse && near >= clear)) result.push_back(p);
+  });
   return result;
 }
 
