@@ -350,10 +350,10 @@ TEST_CASE("a sliver of a region that the planes cannot tell from nothing vanishe
     outline.vertices = {{0, 0}, {kWide / 2, -kWide / 2}, {kWide / 2, -width}, {kWide, 0}};
     outline.edges = {{0, 1, 0, kNone}, {0, 2, 1, 0}, {0, 3, kNone, 1}, {1, 3, 0, kNone}, {2, 3, 1, 0}};
     const bool stays = double(width) > kAttachSteps * double(kContourStep);
-    CHECK(detail::has_vertex_beside_edge(outline, kAttachSteps * double(kContourStep)) == !stays);
+    CHECK(detail::vertices_beside_edges(outline, kAttachSteps * double(kContourStep)).empty() == stays);
     Outline attached = outline;
     detail::attach_vertices(attached, 2);
-    CHECK(!detail::has_vertex_beside_edge(attached, kAttachSteps * double(kContourStep)));
+    CHECK(detail::vertices_beside_edges(attached, kAttachSteps * double(kContourStep)).empty());
     CHECK(same(attached, outline) == stays);
     if (stays) continue;
     CHECK(attached.vertices == outline.vertices);
@@ -391,6 +391,29 @@ TEST_CASE("edges that meet at a sharp corner are split at the same distances fro
   CHECK(at.size() > 5);
   for (const auto& [r, count] : at)
     if (r > 0) CHECK(count == 2 * kTriangles);
+}
+
+TEST_CASE("no split of a contour is so near to another edge that planes would take it to lie there") {
+  constexpr std::int64_t kLong = std::int64_t{1} << 36, kWide = std::int64_t{1} << 12;
+  constexpr double kLongest = double(kLong) / 10;
+  Outline tip;  // narrower than that over a tenth of its length
+  tip.vertices = {{0, 0}, {kLong, 0}, {kLong, kWide}};
+  tip.edges = {{0, 1, 0, kNone}, {0, 2, kNone, 0}, {1, 2, 0, kNone}};
+  Outline strip;  // narrower than that, with no vertex inside of an edge's strip
+  strip.vertices = {{0, 0}, {0, 512}, {kLong, 0}, {kLong, 512}};
+  strip.edges = {{0, 1, kNone, 0}, {0, 2, 0, kNone}, {1, 3, kNone, 0}, {2, 3, 0, kNone}};
+  for (Outline outline : {tip, strip}) {
+    const Outline before = outline;
+    REQUIRE(detail::vertices_beside_edges(outline, detail::kBeside).empty());
+    detail::subdivide(outline, kLongest);
+    check_valid(outline);
+    CHECK(detail::vertices_beside_edges(outline, kAttachSteps * double(kContourStep)).empty());
+    CHECK(detail::doubled_area(outline, 0) == detail::doubled_area(before, 0));
+    if (before.edges.size() == 4)
+      CHECK(same(outline, before));
+    else
+      CHECK(outline.edges.size() > 10);
+  }
 }
 
 TEST_CASE("a tolerance that is no length is refused") {

@@ -16,13 +16,25 @@
 
 namespace slice2mesh::detail {
 
-/// Is there a vertex within `near` pitches of an edge that does not end in it?
-[[nodiscard]] inline bool has_vertex_beside_edge(const Outline& outline, double near,
-                                                 const std::function<void()>& poll = {}) {
+/// Pitches. So near a vertex may not come to an edge: some steps more than what the overlays attach, for the rounding
+/// when edges are split.
+inline constexpr double kBeside = (kAttachSteps + 2) * double(kContourStep);
+
+/// Does an edge have its ends, for `vertices_beside_edges`?
+enum class EdgeEnds : std::uint8_t { Without, With };
+
+/// The vertices from `first` on that are within `near` pitches of an edge, with or without its ends, that does not end
+/// in them.
+[[nodiscard]] inline std::vector<std::int32_t> vertices_beside_edges(const Outline& outline, double near,
+                                                                     const std::function<void()>& poll = {},
+                                                                     std::size_t first = 0,
+                                                                     EdgeEnds ends = EdgeEnds::Without) {
+  std::vector<std::int32_t> result;
+  if (first >= outline.vertices.size()) return result;
   const SegmentIndex index(outline);
   const auto pad = static_cast<std::int64_t>(near) + 1;
   Poll listen(poll, 1 << 14);
-  for (std::size_t v = 0; v < outline.vertices.size(); ++v) {
+  for (std::size_t v = first; v < outline.vertices.size(); ++v) {
     const GridPoint& p = outline.vertices[v];
     bool found = false;
     index.for_each_near(p, p, pad, [&](std::size_t e) {
@@ -30,25 +42,23 @@ namespace slice2mesh::detail {
       const Outline::Edge& edge = outline.edges[e];
       if (found || edge.a == std::int32_t(v) || edge.b == std::int32_t(v)) return;
       const GridPoint &a = outline.vertices[std::size_t(edge.a)], &b = outline.vertices[std::size_t(edge.b)];
-      found = dot(a, b, p) > 0 && dot(b, a, p) > 0 && segment_distance(p, a, b) <= near;
+      found = (ends == EdgeEnds::With || (dot(a, b, p) > 0 && dot(b, a, p) > 0)) && segment_distance(p, a, b) <= near;
     });
-    if (found) return true;
+    if (found) result.push_back(std::int32_t(v));
   }
-  return false;
+  return result;
 }
 
 /// Leads edges through the vertices that they pass more closely than the overlay of a plane can tell apart; a sliver of
 /// a region between them vanishes. Otherwise it would vanish in one or both planes of the slab, and two walls would
 /// stand in one place. Most outlines stay as they are. `regions`: how many there are. `poll` is called now and then.
 inline void attach_vertices(Outline& outline, std::int32_t regions, const std::function<void()>& poll = {}) {
-  // Some steps more than the overlays have, for the rounding when edges are split afterwards.
-  constexpr double kNear = (kAttachSteps + 2) * double(kContourStep);
   constexpr int kRounds = 4;  // an edge that is led through a vertex may come near to the next one
-  for (int round = 0; round < kRounds && has_vertex_beside_edge(outline, kNear, poll); ++round) {
+  for (int round = 0; round < kRounds && !vertices_beside_edges(outline, kBeside, poll).empty(); ++round) {
     std::vector<TaggedSegment> segments;
     append_segments(outline, 0, segments);
     Attachment attachment;
-    attachment.near = kNear;
+    attachment.near = kBeside;
     const Arrangement arrangement = snap_round(segments, attachment, poll);
     const ArrangementFaces faces = find_faces(arrangement, triangulate(arrangement, poll), poll);
     std::vector<std::int32_t> label(faces.windings.size(), kNone);

@@ -114,12 +114,14 @@ inline constexpr double kFineShare = 0.0001;       // ... and where that does no
 /// Splits edges longer than `longest` pitches (about) where they cross lines x = k step or y = k step, whichever they
 /// cross more steeply. The lines are the same for all slabs: contours that stand above each other, or run side by side,
 /// are split at the same places. From a sharp corner on, both of its edges are split at the same distances from it:
-/// else each split would call for one opposite to it, and in a fan of n edges each of them for n.
-inline void subdivide(Outline& outline, double longest) {
-  if (!(longest >= 4 * double(kContourStep)) || !(longest < double(kGridLimit))) return;
+/// else each split would call for one opposite to it, and in a fan of n edges each of them for n. No split is so near
+/// to another edge that an overlay would take it to lie there: the tip of a region beyond it would vanish.
+inline void subdivide(Outline& outline, double longest, const std::function<void()>& poll = {}) {
+  if (!(longest >= 4 * kBeside) || !(longest < double(kGridLimit))) return;
   constexpr double kSteep = 0.95;  // cosine with an axis; less steep edges are longer between two lines
   constexpr double kStraight = 0.9, kDiagonal = 0.68;  // so their lines are nearer; of the longest edge
   constexpr double kFromEnds = 0.4;                    // of the step; no split nearer to an end
+  const std::size_t old_vertices = outline.vertices.size();
   std::vector<Outline::Edge> edges;
   std::vector<GridPoint> splits, points;
   const std::vector<std::array<char, 2>> sharp = sharp_ends(outline);
@@ -172,6 +174,19 @@ inline void subdivide(Outline& outline, double longest) {
     edges.push_back({last_vertex, e.b, e.left, e.right});
   }
   outline.edges = std::move(edges);
+  const std::vector<std::int32_t> beside =
+      vertices_beside_edges(outline, kBeside, poll, old_vertices, EdgeEnds::With);
+  if (beside.empty()) return;
+  edges.clear();
+  for (const Outline::Edge& e : outline.edges) {
+    // Pieces of one edge follow each other.
+    if (std::binary_search(beside.begin(), beside.end(), e.a))
+      edges.back().b = e.b;
+    else
+      edges.push_back(e);
+  }
+  outline.edges = std::move(edges);
+  normalize(outline);
 }
 
 /// The contour of a slab that has nothing to be harmonized with.
@@ -276,7 +291,7 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
       }
       outline = detail::prepare(own, share * eps, poll);
       if (options.eps > 0) {
-        detail::subdivide(outline, longest);
+        detail::subdivide(outline, longest, poll);
         const detail::SegmentIndex below(stacked ? result.outlines[s - 1] : Outline{});
         detail::anticipate(outline, stacked ? &below : nullptr, ahead, s, share * eps * detail::kOpeningShare,
                            share * eps * detail::kAheadShare, poll);
@@ -301,7 +316,7 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
                       "deviation of " + std::to_string(deviation / eps) + " eps; done again with a smaller share",
                       input.slabs[s].slice);
     }
-    detail::subdivide(outline, longest);
+    detail::subdivide(outline, longest, poll);
     detail::normalize(outline);
     result.deviation.push_back(deviation * input.grid.pitch);
     result.outlines.push_back(std::move(outline));
@@ -310,8 +325,9 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
     detail::merge_columns(result, input, eps, longest, diagnostics, progress);
   if (finest < longest)
     for (Outline& outline : result.outlines) {
-      report(progress, Stage::Harmonize, 1);
-      detail::subdivide(outline, finest);
+      const std::function<void()> poll = [&] { report(progress, Stage::Harmonize, 1); };
+      poll();
+      detail::subdivide(outline, finest, poll);
       detail::normalize(outline);
     }
   report(progress, Stage::Harmonize, 1);
