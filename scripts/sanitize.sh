@@ -5,8 +5,8 @@
 #   bash scripts/sanitize.sh [--all] [--fuzz SECONDS]
 #
 # --all           every test of the library but those labelled slow and external, not only those that are quick to compile
-# --fuzz SECONDS  then run every fuzz target for so long, one per processor at a time (where Clang is installed; 0, the default:
-#                 none)
+# --fuzz SECONDS  then run every fuzz target for so long with new inputs, one per processor at a time (where Clang is installed);
+#                 0: for about a minute each, with the same inputs every time
 #
 # SLICE2MESH_SANITIZE_BUILD  the build directory (default build/asan); that of the fuzzers has -fuzz at its end
 set -euo pipefail
@@ -15,7 +15,7 @@ source scripts/jobs.sh
 build=${SLICE2MESH_SANITIZE_BUILD:-build/asan}
 jobs=$(slice2mesh_jobs)
 all=no
-fuzz=0
+fuzz=none
 while [ "$#" -gt 0 ]; do
   case "$1" in
     --all) all=yes ;;
@@ -32,15 +32,15 @@ while [ "$#" -gt 0 ]; do
 done
 
 bash scripts/bootstrap.sh --tests
-if [ "$fuzz" -gt 0 ] && ! command -v clang++ >/dev/null; then
+if [ "$fuzz" != none ] && ! command -v clang++ >/dev/null; then
   echo "sanitize.sh: no clang++: the fuzzers are left out" >&2
-  fuzz=0
+  fuzz=none
 fi
 # The modules that read, write and check; without fuzzers also the inputs that they found, which go through the whole
 # pipeline. Sources are joined: headers are instrumented once.
 modules=(arrange cli fem io quality)
 programs=(parts_tests)
-if [ "$fuzz" -eq 0 ]; then
+if [ "$fuzz" = none ]; then
   modules+=(fuzz)
   programs+=(fuzz_tests)
 fi
@@ -57,7 +57,7 @@ pattern=$(IFS='|'; echo "${modules[*]}")
 ctest --test-dir "$build" --output-on-failure --no-tests=error --parallel "$jobs" --timeout 1800 \
   --tests-regex "^($pattern)\\." --label-exclude "$leave_out"
 
-if [ "$fuzz" -eq 0 ]; then exit 0; fi
+if [ "$fuzz" = none ]; then exit 0; fi
 cmake --preset fuzz -B "$build-fuzz" -DSLICE2MESH_FUZZ_SECONDS="$fuzz"
 cmake --build "$build-fuzz" --parallel "$jobs" --target fuzzers
 log="$build-fuzz/fuzzing.log"
@@ -67,8 +67,9 @@ ctest --test-dir "$build-fuzz" --label-regex '^fuzzing$' --no-tests=error --para
 if [ "$failed" -eq 0 ]; then
   grep -E 'Test +#|number_of_executed_units|tests passed' "$log"
 else
-  # What a fuzzer says last names the fault and the file that holds the input.
+  # What a fuzzer says last names the fault, and the input; once more in short, for those who see the last lines only.
   tail -n 200 "$log" >&2
+  grep -aE 'what\(\):|ERROR:|SUMMARY:|Base64:|\(Failed\)' "$log" | cut -c 1-1500 >&2 || true
   echo "sanitize.sh: a fault; the inputs are in $build-fuzz/tests/fuzz/found" >&2
 fi
 exit "$failed"

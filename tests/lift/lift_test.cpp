@@ -3,6 +3,7 @@
 
 #include <array>
 #include <set>
+#include <string>
 #include <vector>
 
 #include "plc/chain.hpp"
@@ -171,4 +172,34 @@ TEST_CASE("the planes of the slice files carry the areas of their contours", "[c
     for (const InterfacePlane& plane : chain.lifted) check_plane(chain.contours, plane, splits, overlaps);
   }
   if (!files.empty()) CHECK(overlaps > 50);
+}
+
+TEST_CASE("what is so thin that it vanishes beside the contour of the next slab is an error with its place") {
+  constexpr std::int64_t kLong = std::int64_t{1} << 36, kWide = std::int64_t{1} << 12, kSquare = kLong / 16;
+  Contours contours;
+  contours.slabs.resize(2);
+  contours.regions.resize(1);
+  contours.outlines.resize(2);
+  contours.slabs[0].z_high = contours.slabs[1].z_low = 1;
+  contours.slabs[1].z_high = 2;
+  // A needle, and a square below its long edge: near the tip, where the planes cannot tell its sides apart, or not.
+  contours.outlines[0].vertices = {{0, 0}, {kLong, 0}, {kLong, kWide}};
+  contours.outlines[0].edges = {{0, 1, 0, kNone}, {0, 2, kNone, 0}, {1, 2, 0, kNone}};
+  for (const std::int64_t from : {kSquare, kLong / 2}) {
+    contours.outlines[1].vertices = {{from, -kSquare}, {from, 0}, {from + kSquare, -kSquare}, {from + kSquare, 0}};
+    contours.outlines[1].edges = {{0, 1, kNone, 0}, {0, 2, 0, kNone}, {1, 3, kNone, 0}, {2, 3, 0, kNone}};
+    CHECK_NOTHROW(lift(contours, kNone, 0));
+    CHECK_NOTHROW(lift(contours, 1, kNone));
+    if (from > kSquare) {
+      CHECK_NOTHROW(lift(contours, 0, 1));
+      continue;
+    }
+    try {
+      (void)lift(contours, 0, 1);
+      FAIL("the needle has not vanished");
+    } catch (const TetrahedralizationError& error) {
+      CHECK(error.slab() == 0);
+      CHECK(std::string(error.what()).find(" mm") != std::string::npos);
+    }
+  }
 }

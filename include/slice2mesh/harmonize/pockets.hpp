@@ -54,12 +54,15 @@ struct OutlinePiece {
 
 /// Joins pieces of the same parent with the same regions over vertices that nothing else uses, so that edges which were
 /// split on the way are whole again. `keep` (#V): vertices that stay.
-inline std::vector<OutlinePiece> join_pieces(const std::vector<OutlinePiece>& pieces, const std::vector<char>& keep) {
+inline std::vector<OutlinePiece> join_pieces(const std::vector<OutlinePiece>& pieces, const std::vector<char>& keep,
+                                             const std::function<void()>& poll = {}) {
+  Poll listen(poll, 1 << 14);
   const std::size_t vertices = keep.size();
   std::vector<std::array<std::int32_t, 2>> at(vertices, {kNone, kNone});
   std::vector<std::int32_t> degree(vertices, 0);
   for (std::size_t p = 0; p < pieces.size(); ++p)
     for (const std::int32_t v : {pieces[p].a, pieces[p].b}) {
+      listen();
       const std::int32_t d = degree[std::size_t(v)]++;
       if (d < 2) at[std::size_t(v)][std::size_t(d)] = std::int32_t(p);
     }
@@ -79,6 +82,7 @@ inline std::vector<OutlinePiece> join_pieces(const std::vector<OutlinePiece>& pi
     const auto extend = [&](std::int32_t v) {
       std::int32_t from = std::int32_t(p);
       while (passes(v)) {
+        listen();
         const auto& both = at[std::size_t(v)];
         const std::int32_t next = both[0] == from ? both[1] : both[0];
         if (done[std::size_t(next)]) break;
@@ -112,9 +116,10 @@ public:
   PocketSelection(const std::vector<GridPoint>& points, const std::vector<PocketVertex>& vertices,
                   const std::vector<std::array<std::int32_t, 3>>& triangles,
                   const std::vector<std::array<std::int32_t, 3>>& neighbor, const std::function<void()>& poll = {})
-      : points_(points), triangles_(triangles), neighbor_(neighbor), kept_(triangles.size(), 0) {
+      : points_(points), triangles_(triangles), neighbor_(neighbor), kept_(triangles.size(), 0), listen_(poll, 1 << 14) {
     std::vector<char> far(triangles.size(), 0);
     for (std::size_t t = 0; t < triangles.size(); ++t) {
+      listen_();
       bool own_only = false, below_only = false;
       for (const std::int32_t v : triangles[t]) {
         const PocketVertex& vertex = vertices[std::size_t(v)];
@@ -125,7 +130,7 @@ public:
       kept_[t] = far[t] || own_only != below_only;
     }
     drop_parts_without(far);
-    thin_parts(poll);
+    thin_parts();
   }
   [[nodiscard]] const std::vector<char>& kept() const { return kept_; }
 
@@ -135,17 +140,18 @@ private:
   }
   void drop_parts_without(const std::vector<char>& far) {
     DisjointSets parts(triangles_.size());
-    for (std::size_t t = 0; t < triangles_.size(); ++t)
+    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+      listen_();
       for (const std::int32_t n : neighbor_[t])
         if (n != kNone && kept_[t] && kept_[std::size_t(n)]) parts.unite(std::int32_t(t), n);
+    }
     std::vector<char> has(triangles_.size(), 0);
     for (std::size_t t = 0; t < triangles_.size(); ++t)
       if (kept_[t] && far[t]) has[std::size_t(parts.find(std::int32_t(t)))] = 1;
     for (std::size_t t = 0; t < triangles_.size(); ++t)
       kept_[t] = kept_[t] && has[std::size_t(parts.find(std::int32_t(t)))];
   }
-  void thin_parts(const std::function<void()>& poll) {
-    Poll listen(poll, 1 << 14);
+  void thin_parts() {
     std::vector<std::int32_t> stack, part;
     std::vector<char> seen(triangles_.size(), 0);
     std::vector<std::pair<std::size_t, bool>> decisions;
@@ -160,6 +166,7 @@ private:
       };
       std::vector<Cut> cuts;
       while (!stack.empty()) {
+        listen_();
         const auto u = std::size_t(stack.back());
         stack.pop_back();
         part.push_back(std::int32_t(u));
@@ -180,7 +187,7 @@ private:
       constexpr double kReach = 1.1;
       bool stays = true;
       for (const std::int32_t u : part) {
-        listen(cuts.size());
+        listen_(cuts.size());
         for (std::size_t i = 0; i < 3 && stays; ++i) {
           bool near = false;
           for (const Cut& c : cuts)
@@ -198,6 +205,7 @@ private:
   const std::vector<std::array<std::int32_t, 3>>& triangles_;
   const std::vector<std::array<std::int32_t, 3>>& neighbor_;
   std::vector<char> kept_;
+  Poll listen_;  // triangles and cuts looked at
 };
 
 /// Cuts across pockets are as short as the pockets are wide, and the elements on them are as bad. So their ends on the
@@ -460,6 +468,7 @@ inline constexpr double kAttachShare = 0.4;
       queue.push_back(t);
       Cdt::Face_circulator circulator = cdt.incident_faces(v), begin = circulator;
       do {
+        listen();
         const int k = circulator->index(v);
         if (circulator->is_constrained(k) && !cdt.is_infinite(circulator)) {
           const auto it =
@@ -482,6 +491,7 @@ inline constexpr double kAttachShare = 0.4;
       order.push_back(f);
     };
     for (const SubEdge& sub : subs) {
+      listen(16);
       Cdt::Face_handle f;
       int i = 0;
       if (!cdt.is_edge(handle[std::size_t(sub.a)], handle[std::size_t(sub.b)], f, i))
@@ -495,6 +505,7 @@ inline constexpr double kAttachShare = 0.4;
         i = j;
       }
       while (!stack.empty()) {
+        listen();
         const Cdt::Face_handle g = stack.back();
         stack.pop_back();
         for (int k = 0; k < 3; ++k)
@@ -504,6 +515,7 @@ inline constexpr double kAttachShare = 0.4;
     neighbor.assign(triangles.size(), {kNone, kNone, kNone});
     for (std::size_t t = 0; t < order.size(); ++t)
       for (int k = 0; k < 3; ++k) {
+        listen();
         const std::int32_t n = order[t]->neighbor(k)->info();
         // Across an edge between two differing faces of the same pocket the pocket goes on.
         if (n == kNone) continue;
@@ -522,6 +534,7 @@ inline constexpr double kAttachShare = 0.4;
     };
     // Pieces of the new outline: along the pockets' boundaries, and cuts across them.
     for (const SubEdge& sub : subs) {
+      listen(16);
       Cdt::Face_handle f;
       int i = 0;
       cdt.is_edge(handle[std::size_t(sub.a)], handle[std::size_t(sub.b)], f, i);
@@ -540,6 +553,7 @@ inline constexpr double kAttachShare = 0.4;
     }
     for (std::size_t t = 0; t < order.size(); ++t)
       for (int k = 0; k < 3; ++k) {
+        listen();
         const std::int32_t n = order[t]->neighbor(k)->info();
         if (n == kNone || std::size_t(n) < t || order[t]->is_constrained(k)) continue;
         const std::int32_t left = triangle_label(std::int32_t(t)), right = triangle_label(n);
@@ -567,7 +581,7 @@ inline constexpr double kAttachShare = 0.4;
     for (std::size_t v = 0; v < at_below.size(); ++v)
       at_below[v] = std::binary_search(old_vertices.begin(), old_vertices.end(), outline.vertices[v]);
   }
-  for (const OutlinePiece& p : join_pieces(pieces, at_below)) {
+  for (const OutlinePiece& p : join_pieces(pieces, at_below, poll)) {
     outline.edges.push_back({p.a, p.b, p.left, p.right});
     old_edge.push_back(p.parent != kNone && p.parent < below_edges);
     cut_edge.push_back(p.parent == kNone);

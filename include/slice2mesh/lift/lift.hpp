@@ -3,14 +3,17 @@
 /// @brief Interface planes: the contour of the slab below, lifted, over the contour of the slab above.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/arrange/snap_rounding.hpp"
+#include "slice2mesh/core/error.hpp"
 #include "slice2mesh/core/plc.hpp"
 #include "slice2mesh/harmonize/harmonize.hpp"
 #include "slice2mesh/triangulate/planar.hpp"
@@ -66,6 +69,26 @@ struct InterfacePlane {
 
 namespace detail {
 
+/// Throws TetrahedralizationError where two edges of the outline of `slab` have a piece of their `paths` through the
+/// overlay in common: something of the slice that is thinner than the overlay tells apart has vertices of the other
+/// contour of the plane beside it, and both of its sides were led through them. The walls on it would stand in one
+/// place.
+inline void require_distinct_paths(const Contours& contours, const InterfacePlane& plane, std::int32_t slab,
+                                   const std::vector<std::vector<std::int32_t>>& paths) {
+  std::vector<std::pair<std::int32_t, std::int32_t>> pieces;
+  for (const std::vector<std::int32_t>& path : paths)
+    for (std::size_t i = 0; i + 1 < path.size(); ++i)
+      pieces.emplace_back(std::min(path[i], path[i + 1]), std::max(path[i], path[i + 1]));
+  std::sort(pieces.begin(), pieces.end());
+  const auto twice = std::adjacent_find(pieces.begin(), pieces.end());
+  if (twice == pieces.end()) return;
+  const GridPoint& at = plane.overlay.vertices[static_cast<std::size_t>(twice->first)];
+  throw TetrahedralizationError(slab, "something thinner than the planes can tell apart touches the contour of a slab "
+                                      "next to it near " +
+                                          short_number(contours.grid.x_mm(at)) + ", " +
+                                          short_number(contours.grid.y_mm(at)) + " mm");
+}
+
 /// The overlay of one plane with images and paths, but without the cells on the sides of the edges.
 [[nodiscard]] inline InterfacePlane lift_edges(const Contours& contours, std::int32_t slab_below,
                                                std::int32_t slab_above, const std::function<void()>& poll = {}) {
@@ -107,11 +130,14 @@ namespace detail {
 
 /// The overlay of the plane between the slabs of index `slab_below` and `slab_above` (kNone: none on that side; not
 /// both). A pure function of the two contours. Preconditions: they are those of `harmonize`, and the indices are slabs
-/// of theirs (not checked). `poll` is called now and then; what it throws ends the work. Errors: those of `poll`. Cost:
+/// of theirs (not checked). `poll` is called now and then; what it throws ends the work. Errors:
+/// TetrahedralizationError where something of a slice is so thin that it vanishes in the plane; those of `poll`. Cost:
 /// O(n log n).
 [[nodiscard]] inline InterfacePlane lift(const Contours& contours, std::int32_t slab_below, std::int32_t slab_above,
                                          const std::function<void()>& poll = {}) {
   InterfacePlane plane = detail::lift_edges(contours, slab_below, slab_above, poll);
+  detail::require_distinct_paths(contours, plane, slab_below, plane.below_path);
+  detail::require_distinct_paths(contours, plane, slab_above, plane.above_path);
   const auto regions = static_cast<std::int32_t>(contours.regions.size());
   const PlanarTriangulation triangulation = triangulate(plane.overlay, poll);
   const ArrangementFaces faces = find_faces(plane.overlay, triangulation, poll);
