@@ -141,8 +141,7 @@ void pipeline(const std::uint8_t* data, std::size_t size) {
     case Ending::NotWhatItSays:
     case Ending::Foreign:
     case Ending::OtherError:
-    case Ending::Cancelled:
-      throw Failure(std::string(to_string(outcome.ending)) + ": " + outcome.message);
+    case Ending::Cancelled: throw Failure(std::string(to_string(outcome.ending)) + ": " + outcome.message);
     case Ending::TetrahedralizationError:
       if (options.eps.value == 0) break;
       [[fallthrough]];

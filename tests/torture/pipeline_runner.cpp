@@ -64,8 +64,7 @@ std::string contradiction(const Result& result) {
   const Certificate& certificate = result.report.certificate;
   // Points that split walls are rounded: by a pitch at most, along each axis.
   const double rounding = 2 * result.plc.grid.pitch * wall_area(result.plc);
-  if (!(std::fabs(certificate.volume - certificate.expected_volume) <=
-        1e-9 * certificate.expected_volume + rounding))
+  if (!(std::fabs(certificate.volume - certificate.expected_volume) <= 1e-9 * certificate.expected_volume + rounding))
     return "volume " + std::to_string(certificate.volume) + " instead of " +
            std::to_string(certificate.expected_volume);
   std::vector<char> seen(mesh.slabs.size(), 0);

@@ -174,8 +174,7 @@ inline void subdivide(Outline& outline, double longest, const std::function<void
     edges.push_back({last_vertex, e.b, e.left, e.right});
   }
   outline.edges = std::move(edges);
-  const std::vector<std::int32_t> beside =
-      vertices_beside_edges(outline, kBeside, poll, old_vertices, EdgeEnds::With);
+  const std::vector<std::int32_t> beside = vertices_beside_edges(outline, kBeside, poll, old_vertices, EdgeEnds::With);
   if (beside.empty()) return;
   edges.clear();
   for (const Outline::Edge& e : outline.edges) {

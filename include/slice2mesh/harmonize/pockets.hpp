@@ -116,7 +116,8 @@ public:
   PocketSelection(const std::vector<GridPoint>& points, const std::vector<PocketVertex>& vertices,
                   const std::vector<std::array<std::int32_t, 3>>& triangles,
                   const std::vector<std::array<std::int32_t, 3>>& neighbor, const std::function<void()>& poll = {})
-      : points_(points), triangles_(triangles), neighbor_(neighbor), kept_(triangles.size(), 0), listen_(poll, 1 << 14) {
+      : points_(points), triangles_(triangles), neighbor_(neighbor), kept_(triangles.size(), 0),
+        listen_(poll, 1 << 14) {
     std::vector<char> far(triangles.size(), 0);
     for (std::size_t t = 0; t < triangles.size(); ++t) {
       listen_();

@@ -18,10 +18,10 @@
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/arrange/snap_rounding.hpp"
 #include "slice2mesh/core/diagnostics.hpp"
+#include "slice2mesh/core/short_number.hpp"
 #include "slice2mesh/harmonize/harmonize.hpp"
 #include "slice2mesh/harmonize/separation_report.hpp"
 #include "slice2mesh/lift/lift.hpp"
-#include "slice2mesh/regions/slabs.hpp"
 #include "slice2mesh/regions/thicken.hpp"
 
 namespace slice2mesh {

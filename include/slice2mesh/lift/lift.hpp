@@ -15,6 +15,7 @@
 #include "slice2mesh/arrange/snap_rounding.hpp"
 #include "slice2mesh/core/error.hpp"
 #include "slice2mesh/core/plc.hpp"
+#include "slice2mesh/core/short_number.hpp"
 #include "slice2mesh/harmonize/harmonize.hpp"
 #include "slice2mesh/triangulate/planar.hpp"
 
@@ -83,10 +84,10 @@ inline void require_distinct_paths(const Contours& contours, const InterfacePlan
   const auto twice = std::adjacent_find(pieces.begin(), pieces.end());
   if (twice == pieces.end()) return;
   const GridPoint& at = plane.overlay.vertices[static_cast<std::size_t>(twice->first)];
-  throw TetrahedralizationError(slab, "something thinner than the planes can tell apart touches the contour of a slab "
-                                      "next to it near " +
-                                          short_number(contours.grid.x_mm(at)) + ", " +
-                                          short_number(contours.grid.y_mm(at)) + " mm");
+  throw TetrahedralizationError(slab,
+                                "something thinner than the planes can tell apart touches the contour of a slab "
+                                "next to it near " +
+                                    place_text(contours.grid, at));
 }
 
 /// The overlay of one plane with images and paths, but without the cells on the sides of the edges.

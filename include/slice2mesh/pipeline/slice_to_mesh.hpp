@@ -17,6 +17,7 @@
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/core/plc.hpp"
 #include "slice2mesh/core/separate.hpp"
+#include "slice2mesh/core/short_number.hpp"
 #include "slice2mesh/core/slice_stack.hpp"
 #include "slice2mesh/fem/estimates.hpp"
 #include "slice2mesh/harmonize/separation_report.hpp"

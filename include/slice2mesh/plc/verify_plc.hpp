@@ -15,6 +15,7 @@
 
 #include "slice2mesh/arrange/exact.hpp"
 #include "slice2mesh/core/plc.hpp"
+#include "slice2mesh/core/short_number.hpp"
 #include "slice2mesh/plc/plc_checks.hpp"
 
 namespace slice2mesh {
@@ -391,8 +392,8 @@ private:
       if (finding != CoverSweep::Finding::Once)
         overlap_.offend([&] {
           return "plane " + std::to_string(k) + ": " +
-                 (finding == CoverSweep::Finding::Crossing ? "edges cross or touch" : "facets overlap") +
-                 " near grid point " + std::to_string(at.x) + ", " + std::to_string(at.y);
+                 (finding == CoverSweep::Finding::Crossing ? "edges cross or touch" : "facets overlap") + " near " +
+                 place_text(plc_.grid, at);
         });
     }
   }

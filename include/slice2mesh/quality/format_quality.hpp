@@ -4,27 +4,17 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
-#include <charconv>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
 
+#include "slice2mesh/core/short_number.hpp"
 #include "slice2mesh/quality/quality.hpp"
 
 namespace slice2mesh {
 
 namespace detail {
-
-/// A number with so many significant digits, as short as possible, whatever the locale.
-[[nodiscard]] inline std::string short_number(double value, int digits) {
-  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
-  std::array<char, 64> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, digits).ptr;
-  return {text.data(), end};
-}
 
 [[nodiscard]] inline std::string padded_left(const std::string& text, std::size_t width) {
   return text.size() < width ? std::string(width - text.size(), ' ') + text : text;

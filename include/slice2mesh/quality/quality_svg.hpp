@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "slice2mesh/core/atomic_file.hpp"
+#include "slice2mesh/core/short_number.hpp"
 #include "slice2mesh/quality/format_quality.hpp"
 #include "slice2mesh/quality/quality.hpp"
 

@@ -4,8 +4,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <string>
@@ -15,6 +13,7 @@
 
 #include "slice2mesh/core/diagnostics.hpp"
 #include "slice2mesh/core/error.hpp"
+#include "slice2mesh/core/short_number.hpp"
 #include "slice2mesh/core/slab.hpp"
 #include "slice2mesh/core/slice_stack.hpp"
 #include "slice2mesh/pipeline/options.hpp"
@@ -49,13 +48,6 @@ inline double lower_median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
-}
-
-/// A number for messages, six digits.
-inline std::string short_number(double v) {
-  std::array<char, 32> text{};
-  const auto result = std::to_chars(text.data(), text.data() + text.size(), v, std::chars_format::general, 6);
-  return std::string(text.data(), result.ptr);
 }
 
 /// Chooses the z convention by the signs of formats.md; the second is the reason. z in mm, at least two.

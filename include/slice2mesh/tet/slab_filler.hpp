@@ -27,6 +27,7 @@
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/core/plc.hpp"
 #include "slice2mesh/core/progress.hpp"
+#include "slice2mesh/core/short_number.hpp"
 
 namespace slice2mesh {
 
@@ -58,9 +59,10 @@ struct WallTet {
 
 class SlabFill {
 public:
-  /// `poll` is called now and then; what it throws ends the work.
-  SlabFill(std::int32_t slab, const Sheet& bottom, const Sheet& top, const std::function<void()>& poll)
-      : slab_(slab), bottom_(bottom), top_(top), listen_(poll, 1 << 16) {}
+  /// `grid` is that of the points, for messages. `poll` is called now and then; what it throws ends the work.
+  SlabFill(std::int32_t slab, const Grid& grid, const Sheet& bottom, const Sheet& top,
+           const std::function<void()>& poll)
+      : slab_(slab), grid_(grid), bottom_(bottom), top_(top), listen_(poll, 1 << 16) {}
 
   /// Calls emit(tet, region) with vertices of the complex, positively oriented.
   template <class Emit>
@@ -73,8 +75,7 @@ public:
 
 private:
   [[noreturn]] void fail(const GridPoint& at) const {
-    throw TetrahedralizationError(slab_, "contours are not conforming (Gabriel) near grid point " +
-                                             std::to_string(at.x) + ", " + std::to_string(at.y));
+    throw TetrahedralizationError(slab_, "contours are not conforming (Gabriel) near " + place_text(grid_, at));
   }
   static const GridPoint& vertex(const Sheet& s, std::int32_t t, std::int32_t i) {
     return s.points[std::size_t(s.triangles[std::size_t(t)][std::size_t(i % 3)])];
@@ -310,6 +311,7 @@ private:
   }
 
   std::int32_t slab_;
+  const Grid& grid_;
   const Sheet& bottom_;
   const Sheet& top_;
   mutable Poll listen_;  // triangles looked at
@@ -595,7 +597,7 @@ struct SlabFiller {
       const auto slab = static_cast<std::int32_t>(s);
       const detail::Sheet bottom = sheets.make(slab, false), top = sheets.make(slab, true);
       const std::size_t first = mesh.tets.size();
-      detail::SlabFill fill(slab, bottom, top, listen);
+      detail::SlabFill fill(slab, plc.grid, bottom, top, listen);
       fill.run([&](const std::array<std::int32_t, 4>& tet, std::int32_t region) {
         mesh.tets.push_back(tet);
         mesh.tet_slab.push_back(slab);
