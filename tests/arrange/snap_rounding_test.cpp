@@ -261,8 +261,9 @@ TEST_CASE("a segment that the others have too is not led through their points ne
     (same ? with_same : with_beside) = arrangement.edges.size();
     if (same) CHECK(arrangement.crossings == 0);
   }
-  CHECK(with_same == kSpokes * kPieces);
-  CHECK(with_beside > 2 * kSpokes * kPieces);
+  constexpr std::size_t kAll = std::size_t(kSpokes) * kPieces;
+  CHECK(with_same == kAll);
+  CHECK(with_beside > 2 * kAll);
 }
 
 TEST_CASE("snap rounding asks whether to go on, the more often the more there is to do, and ends when told to") {

@@ -259,6 +259,7 @@ TEST_CASE("Nesting of random concentric polygons is their depth", "[cli]") {
       const double radius = std::pow(2.5, ring);
       const double turn = 6.28 * unit(random);
       std::vector<Point2> p;
+      p.reserve(static_cast<std::size_t>(corners));
       for (int i = 0; i < corners; ++i)
         p.push_back(
             {radius * std::cos(turn + 6.283185307 * i / corners), radius * std::sin(turn + 6.283185307 * i / corners)});
@@ -268,6 +269,7 @@ TEST_CASE("Nesting of random concentric polygons is their depth", "[cli]") {
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
     std::shuffle(order.begin(), order.end(), random);
     std::vector<const std::vector<Point2>*> pointers;
+    pointers.reserve(order.size());
     for (const std::size_t i : order) pointers.push_back(&loops[i]);
     const auto inside = detail::nesting_parity(pointers);
     for (std::size_t k = 0; k < order.size(); ++k) CHECK(inside[k] == ((loops.size() - 1 - order[k]) % 2 == 1));
