@@ -142,7 +142,7 @@ TEST_CASE("where both planes have the same triangles, every prism is cut in thre
   std::size_t bottom = 0;
   for (const Facet& facet : plc.facets) bottom += facet.label == FacetLabel::Down ? 1U : 0U;
   REQUIRE(bottom > 10);
-  CHECK(mesh.tets.size() == 3 * 3 * bottom);
+  CHECK(mesh.tets.size() == 9 * bottom);
   // Each tet has a vertical edge.
   for (const auto& tet : mesh.tets) {
     bool vertical = false;
