@@ -740,7 +740,9 @@ inline Cases wrong_numbers(std::uint32_t seed) {
     cases.back().allowed.option_error = true;  // lengths in layer thicknesses are not finite any more
     const auto option = [&](const std::string& name, const std::function<void(Options&)>& change,
                             const Allowed& allowed) {
-      cases.push_back({name + " " + value, good, {}, allowed});
+      std::string label = name;
+      label.append(" ").append(value);
+      cases.push_back({label, good, {}, allowed});
       change(cases.back().options);
     };
     const bool finite = std::isfinite(bad) && bad > 0;
