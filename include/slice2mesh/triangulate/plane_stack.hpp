@@ -66,8 +66,9 @@ struct PlaneStack {
 };
 
 /// Conforming, graded triangulations of all planes. Each is a pure function of the contours of at most four slabs.
-/// Precondition: `sizes` above 0 and finite, as `resolve_sizes` gives them (not checked). Errors: BudgetError,
-/// Cancelled. Cost: O(n log n) per plane.
+/// Precondition: `sizes` above 0 and finite, as `resolve_sizes` gives them (not checked). Errors:
+/// TetrahedralizationError where something of a slice is so thin that it vanishes in a plane, BudgetError, Cancelled.
+/// Cost: O(n log n) per plane.
 [[nodiscard]] inline PlaneStack triangulate_planes(const Contours& contours, const PlaneSizes& sizes,
                                                    const Budget& budget = {}, const Progress& progress = {}) {
   const double pitch = contours.grid.pitch;
