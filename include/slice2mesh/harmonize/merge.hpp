@@ -21,25 +21,6 @@ namespace slice2mesh::detail {
 /// What binds a vertex of a new outline: nothing, an edge of the outline below, or a vertex of it.
 enum class Bond : std::uint8_t { Free, OnEdge, OnVertex };
 
-/// Is there no vertex but u, v, w in the closed triangle u, v, w (or on the segment, if it is flat)? Exact. `skip(x)`
-/// tells vertices that do not count.
-template <class Skip>
-[[nodiscard]] bool triangle_is_empty(const VertexIndex& index, const std::vector<GridPoint>& points, std::int32_t u,
-                                     std::int32_t v, std::int32_t w, Skip&& skip) {
-  const GridPoint pu = points[std::size_t(u)], pv = points[std::size_t(v)], pw = points[std::size_t(w)];
-  const int turn = orientation(pu, pv, pw);
-  const GridPoint low{std::min({pu.x, pv.x, pw.x}), std::min({pu.y, pv.y, pw.y})};
-  const GridPoint high{std::max({pu.x, pv.x, pw.x}), std::max({pu.y, pv.y, pw.y})};
-  return !index.any_in_box(low, high, [&](std::int32_t x) {
-    if (x == u || x == v || x == w || skip(x)) return false;
-    const GridPoint& p = points[std::size_t(x)];
-    if (p.x < low.x || p.x > high.x || p.y < low.y || p.y > high.y) return false;
-    const int a = orientation(pu, pv, p), b = orientation(pv, pw, p), c = orientation(pw, pu, p);
-    if (turn == 0) return a == 0 && b == 0 && c == 0;
-    return a * turn >= 0 && b * turn >= 0 && c * turn >= 0;
-  });
-}
-
 /// Collapses edges shorter than `limit` (pitches): a free vertex into its neighbor, a vertex on an edge of the outline
 /// below along that edge. `old_edge[e]`: edge e is a part of the outline below. Only where nothing lies in the way.
 inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, const std::vector<char>& old_edge,

@@ -4,11 +4,12 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <queue>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -30,37 +31,117 @@ struct SimplifyLimits {
 /// Vertices that stand in cells, for "is there a vertex in this triangle".
 class VertexIndex {
 public:
-  VertexIndex(const std::vector<GridPoint>& vertices, double cell)
-      : vertices_(vertices), cell_(std::max<std::int64_t>(1, std::int64_t(cell))) {
-    map_.reserve(vertices.size());
-    for (std::size_t v = 0; v < vertices.size(); ++v)
-      map_.emplace(key(column(vertices[v].x), column(vertices[v].y)), std::int32_t(v));
+  /// `cell`: pitches; about the distance of vertices along the outline. Smaller cells are used where outlines lie side
+  /// by side so densely that there would be many vertices in one.
+  VertexIndex(const std::vector<GridPoint>& vertices, double cell) {
+    GridPoint low{kGridLimit, kGridLimit}, high{-kGridLimit, -kGridLimit};
+    for (const GridPoint& p : vertices) {
+      low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+      high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+    }
+    const double area = vertices.empty() ? 0 : (double(high.x - low.x) + 1) * (double(high.y - low.y) + 1);
+    const double dense = std::sqrt(area / double(vertices.size() + 1));
+    cell_ = std::max<std::int64_t>(1, std::int64_t(std::min(cell, dense)));
+    std::size_t buckets = 16;
+    while (buckets < vertices.size()) buckets *= 2;
+    mask_ = buckets - 1;
+    start_.assign(buckets + 1, 0);
+    const auto bucket_of = [&](const GridPoint& p) { return bucket(cell_of(p.x), cell_of(p.y)); };
+    for (const GridPoint& p : vertices) ++start_[bucket_of(p) + 1];
+    for (std::size_t k = 0; k < buckets; ++k) start_[k + 1] += start_[k];
+    items_.resize(vertices.size());
+    std::vector<std::size_t> next(start_.begin(), start_.end() - 1);
+    for (std::size_t v = 0; v < vertices.size(); ++v) items_[next[bucket_of(vertices[v])]++] = std::int32_t(v);
   }
-  /// Calls f(vertex) for the vertices in a box (and a few around) until it returns true; tells whether it did.
+  /// Calls f(vertex) for the vertices in a box (and others) until it returns true; tells whether it did.
   template <class F>
-  bool any_in_box(GridPoint low, GridPoint high, F&& f) const {
-    const std::int64_t c0 = column(low.x), c1 = column(high.x), r0 = column(low.y), r1 = column(high.y);
-    if (double(c1 - c0 + 1) * double(r1 - r0 + 1) > double(vertices_.size()) + 16) {
-      for (std::size_t v = 0; v < vertices_.size(); ++v)
-        if (f(static_cast<std::int32_t>(v))) return true;
+  bool any_in_box(const GridPoint& low, const GridPoint& high, F&& f) const {
+    const std::int64_t c0 = cell_of(low.x), c1 = cell_of(high.x), r0 = cell_of(low.y), r1 = cell_of(high.y);
+    if (is_large(c0, c1, r0, r1)) return any(f);
+    for (std::int64_t r = r0; r <= r1; ++r)
+      if (any_in_row(r, c0, c1, f)) return true;
+    return false;
+  }
+  /// The same for a triangle, which may be flat.
+  template <class F>
+  bool any_in_triangle(const std::array<GridPoint, 3>& corners, F&& f) const {
+    const auto [low_x, high_x] = std::minmax({corners[0].x, corners[1].x, corners[2].x});
+    const auto [low_y, high_y] = std::minmax({corners[0].y, corners[1].y, corners[2].y});
+    const std::int64_t c0 = cell_of(low_x), c1 = cell_of(high_x), r0 = cell_of(low_y), r1 = cell_of(high_y);
+    if (c0 == c1 || r0 == r1) {
+      for (std::int64_t r = r0; r <= r1; ++r)
+        if (any_in_row(r, c0, c1, f)) return true;
       return false;
     }
-    for (std::int64_t c = c0; c <= c1; ++c)
-      for (std::int64_t r = r0; r <= r1; ++r) {
-        const auto range = map_.equal_range(key(c, r));
-        for (auto it = range.first; it != range.second; ++it)
-          if (f(it->second)) return true;
+    if (double(r1 - r0 + 1) > double(items_.size()) + 16) return any(f);
+    for (std::int64_t r = r0; r <= r1; ++r) {
+      // The stretch of x over which the edges are in this row.
+      const double bottom = double(r) * double(cell_), top = bottom + double(cell_);
+      double low = double(high_x), high = double(low_x);
+      for (std::size_t i = 0; i < 3; ++i) {
+        const GridPoint &a = corners[i], &b = corners[(i + 1) % 3];
+        const double ax = double(a.x), ay = double(a.y), bx = double(b.x), by = double(b.y);
+        if (std::max(ay, by) < bottom || std::min(ay, by) > top) continue;
+        for (const double y : {std::max(bottom, std::min(ay, by)), std::min(top, std::max(ay, by))}) {
+          const double x = ay == by ? ax : ax + (y - ay) / (by - ay) * (bx - ax);
+          low = std::min({low, x, ay == by ? bx : x});
+          high = std::max({high, x, ay == by ? bx : x});
+        }
       }
+      constexpr std::int64_t kRounding = 2;  // pitches; the products above are exact to a thousandth of one
+      const std::int64_t first = std::max(c0, cell_of(std::int64_t(std::floor(low)) - kRounding)),
+                         last = std::min(c1, cell_of(std::int64_t(std::ceil(high)) + kRounding));
+      if (double(last - first) > double(items_.size()) + 16) return any(f);
+      if (any_in_row(r, first, last, f)) return true;
+    }
     return false;
   }
 
 private:
-  [[nodiscard]] std::int64_t column(std::int64_t x) const { return x / cell_ - (x % cell_ < 0 ? 1 : 0); }
-  [[nodiscard]] static std::uint64_t key(std::int64_t c, std::int64_t r) { return GridHash{}({c, r}); }
-  const std::vector<GridPoint>& vertices_;
-  std::int64_t cell_;
-  std::unordered_multimap<std::uint64_t, std::int32_t> map_;
+  [[nodiscard]] std::int64_t cell_of(std::int64_t x) const { return x / cell_ - (x % cell_ < 0 ? 1 : 0); }
+  [[nodiscard]] std::size_t bucket(std::int64_t c, std::int64_t r) const { return GridHash{}({c, r}) & mask_; }
+  [[nodiscard]] bool is_large(std::int64_t c0, std::int64_t c1, std::int64_t r0, std::int64_t r1) const {
+    return double(c1 - c0 + 1) * double(r1 - r0 + 1) > double(items_.size()) + 16;
+  }
+  template <class F>
+  bool any(F&& f) const {
+    for (const std::int32_t v : items_)
+      if (f(v)) return true;
+    return false;
+  }
+  template <class F>
+  bool any_in_row(std::int64_t r, std::int64_t c0, std::int64_t c1, F&& f) const {
+    for (std::int64_t c = c0; c <= c1; ++c) {
+      const std::size_t k = bucket(c, r);
+      for (std::size_t i = start_[k]; i < start_[k + 1]; ++i)
+        if (f(items_[i])) return true;
+    }
+    return false;
+  }
+  std::int64_t cell_ = 1;
+  std::size_t mask_ = 0;
+  std::vector<std::size_t> start_;  // by bucket of the hash of a cell
+  std::vector<std::int32_t> items_;
 };
+
+/// Is there no vertex but u, v, w in the closed triangle u, v, w (or on the segment, if it is flat)? Exact. `skip(x)`
+/// tells vertices that do not count.
+template <class Skip>
+[[nodiscard]] bool triangle_is_empty(const VertexIndex& index, const std::vector<GridPoint>& points, std::int32_t u,
+                                     std::int32_t v, std::int32_t w, Skip&& skip) {
+  const GridPoint pu = points[std::size_t(u)], pv = points[std::size_t(v)], pw = points[std::size_t(w)];
+  const int turn = orientation(pu, pv, pw);
+  const GridPoint low{std::min({pu.x, pv.x, pw.x}), std::min({pu.y, pv.y, pw.y})};
+  const GridPoint high{std::max({pu.x, pv.x, pw.x}), std::max({pu.y, pv.y, pw.y})};
+  return !index.any_in_triangle({pu, pv, pw}, [&](std::int32_t x) {
+    if (x == u || x == v || x == w || skip(x)) return false;
+    const GridPoint& p = points[std::size_t(x)];
+    if (p.x < low.x || p.x > high.x || p.y < low.y || p.y > high.y) return false;
+    const int a = orientation(pu, pv, p), b = orientation(pv, pw, p), c = orientation(pw, pu, p);
+    if (turn == 0) return a == 0 && b == 0 && c == 0;
+    return a * turn >= 0 && b * turn >= 0 && c * turn >= 0;
+  });
+}
 
 /// Removes vertices of degree two, the least important first. `fixed` (#V, may be empty) vertices stay. No edge of the
 /// result crosses another: a vertex goes only if the triangle it spans with its neighbors holds no other vertex
@@ -134,18 +215,9 @@ inline void simplify(Outline& outline, const std::vector<char>& fixed, const Sim
     bool connected = false;
     for (const std::int32_t k : edges_at[static_cast<std::size_t>(u)]) connected = connected || other_end(k, u) == w;
     if (connected) continue;
-    const GridPoint pu = point(u), pv = point(v), pw = point(w);
-    const int turn = orientation(pu, pv, pw);
-    const GridPoint low{std::min({pu.x, pv.x, pw.x}), std::min({pu.y, pv.y, pw.y})};
-    const GridPoint high{std::max({pu.x, pv.x, pw.x}), std::max({pu.y, pv.y, pw.y})};
-    const bool blocked = index.any_in_box(low, high, [&](std::int32_t x) {
+    const bool blocked = !triangle_is_empty(index, outline.vertices, u, v, w, [&](std::int32_t x) {
       listen();
-      if (x == u || x == v || x == w || !alive_vertex[static_cast<std::size_t>(x)]) return false;
-      const GridPoint& p = point(x);
-      if (p.x < low.x || p.x > high.x || p.y < low.y || p.y > high.y) return false;
-      if (turn == 0) return orientation(pu, pw, p) == 0;
-      return orientation(pu, pv, p) * turn >= 0 && orientation(pv, pw, p) * turn >= 0 &&
-             orientation(pw, pu, p) * turn >= 0;
+      return !alive_vertex[static_cast<std::size_t>(x)];
     });
     if (blocked) continue;
     // Edge e takes the place of both.
