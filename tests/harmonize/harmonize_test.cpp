@@ -418,6 +418,36 @@ TEST_CASE("no split of a contour is so near to another edge that planes would ta
   }
 }
 
+TEST_CASE("vertices in triangles and boxes are found, whatever the cells") {
+  std::mt19937 random(20261123);
+  const auto whole = [&](std::int64_t n) { return std::int64_t(random() % std::uint64_t(2 * n + 1)) - n; };
+  std::size_t inside = 0;
+  for (const std::int64_t extent : {std::int64_t{3}, std::int64_t{1000}, kGridLimit / 2})
+    for (const double cell : {1.0, double(extent) / 7, 4 * double(extent)}) {
+      std::vector<GridPoint> points;
+      for (int i = 0; i < 300; ++i) points.push_back({whole(extent), whole(i % 2 == 0 ? extent : extent / 50)});
+      const detail::VertexIndex index(points, cell);
+      for (int k = 0; k < 300; ++k) {
+        const GridPoint u = points[random() % 300], v = points[random() % 300], w = points[random() % 300];
+        std::vector<char> seen(points.size(), 0), boxed(points.size(), 0);
+        CHECK(!index.any_in_triangle({u, v, w}, [&](std::int32_t x) { return (seen[std::size_t(x)] = 1, false); }));
+        const GridPoint low{std::min(u.x, v.x), std::min(u.y, v.y)}, high{std::max(u.x, v.x), std::max(u.y, v.y)};
+        CHECK(!index.any_in_box(low, high, [&](std::int32_t x) { return (boxed[std::size_t(x)] = 1, false); }));
+        const int turn = detail::orientation(u, v, w);
+        for (std::size_t x = 0; x < points.size(); ++x) {
+          const GridPoint& p = points[x];
+          if (p.x >= low.x && p.x <= high.x && p.y >= low.y && p.y <= high.y) REQUIRE(boxed[x] == 1);
+          if (turn == 0 || detail::orientation(u, v, p) * turn < 0 || detail::orientation(v, w, p) * turn < 0 ||
+              detail::orientation(w, u, p) * turn < 0)
+            continue;
+          ++inside;
+          REQUIRE(seen[x] == 1);
+        }
+      }
+    }
+  CHECK(inside > 10000);
+}
+
 TEST_CASE("a tolerance that is no length is refused") {
   const SliceStack stack = stack_of({{rectangle(0, 0, 1, 1)}, {rectangle(0, 0, 1, 1)}});
   CHECK_THROWS_AS(harmonize_stack(stack, -1), OptionError);
