@@ -68,12 +68,9 @@ public:
     const auto [low_x, high_x] = std::minmax({corners[0].x, corners[1].x, corners[2].x});
     const auto [low_y, high_y] = std::minmax({corners[0].y, corners[1].y, corners[2].y});
     const std::int64_t c0 = cell_of(low_x), c1 = cell_of(high_x), r0 = cell_of(low_y), r1 = cell_of(high_y);
-    if (c0 == c1 || r0 == r1) {
-      for (std::int64_t r = r0; r <= r1; ++r)
-        if (any_in_row(r, c0, c1, f)) return true;
-      return false;
-    }
-    if (double(r1 - r0 + 1) > double(items_.size()) + 16) return any(f);
+    if (c0 == c1 || r0 == r1 || double(r1 - r0) > double(items_.size()))
+      return any_in_box({low_x, low_y}, {high_x, high_y}, f);
+    double cells = 0;  // looked at; never many more than there are vertices
     for (std::int64_t r = r0; r <= r1; ++r) {
       // The stretch of x over which the edges are in this row.
       const double bottom = double(r) * double(cell_), top = bottom + double(cell_);
@@ -91,7 +88,8 @@ public:
       constexpr std::int64_t kRounding = 2;  // pitches; the products above are exact to a thousandth of one
       const std::int64_t first = std::max(c0, cell_of(std::int64_t(std::floor(low)) - kRounding)),
                          last = std::min(c1, cell_of(std::int64_t(std::ceil(high)) + kRounding));
-      if (double(last - first) > double(items_.size()) + 16) return any(f);
+      cells += double(last - first + 1);
+      if (cells > double(items_.size()) + 16) return any(f);
       if (any_in_row(r, first, last, f)) return true;
     }
     return false;
