@@ -55,7 +55,7 @@ public:
     for (std::int64_t ring = 0;; ++ring) {
       // What is in this ring of buckets is at least (ring - 1) buckets from the bucket nearest to p.
       if (double(ring - 1) * double(buckets_.cell()) > best.distance) break;
-      const bool any = buckets_.for_each_on_ring(p, ring, [&](std::size_t cell) {
+      const bool any = buckets_.for_each_on_ring(p, ring, best.distance, [&](std::size_t cell) {
         if (listen != nullptr) (*listen)(start_[cell + 1] - start_[cell] + 1);
         for (std::size_t i = start_[cell]; i < start_[cell + 1]; ++i) {
           const double d = distance_to(items_[i], p);
@@ -74,9 +74,19 @@ public:
   /// once, and perhaps for others near by.
   template <class F>
   void for_each_near(const GridPoint& a, const GridPoint& b, std::int64_t pad, F&& f) const {
-    if (segments_.empty()) return;
-    buckets_.for_each_on(a, b, pad, [&](std::size_t cell) {
-      for (std::size_t i = start_[cell]; i < start_[cell + 1]; ++i) f(items_[i]);
+    any_near(a, b, pad, [&](std::size_t segment) {
+      f(segment);
+      return false;
+    });
+  }
+  /// The same until f returns true; tells whether it did.
+  template <class F>
+  bool any_near(const GridPoint& a, const GridPoint& b, std::int64_t pad, F&& f) const {
+    if (segments_.empty()) return false;
+    return buckets_.any_on(a, b, pad, [&](std::size_t cell) {
+      for (std::size_t i = start_[cell]; i < start_[cell + 1]; ++i)
+        if (f(items_[i])) return true;
+      return false;
     });
   }
   [[nodiscard]] double distance_to(std::size_t segment, const GridPoint& p) const {

@@ -98,6 +98,14 @@ public:
   /// Calls f(bucket) for all buckets that the segment, widened by `pad` pitches, touches (and perhaps a few more).
   template <class F>
   void for_each_on(const GridPoint& a, const GridPoint& b, std::int64_t pad, F&& f) const {
+    any_on(a, b, pad, [&](std::size_t bucket) {
+      f(bucket);
+      return false;
+    });
+  }
+  /// The same until f returns true; tells whether it did.
+  template <class F>
+  bool any_on(const GridPoint& a, const GridPoint& b, std::int64_t pad, F&& f) const {
     const GridPoint& bottom = a.y <= b.y ? a : b;
     const GridPoint& top = a.y <= b.y ? b : a;
     const std::int64_t row0 = clamp((bottom.y - pad - low_.y), rows_), row1 = clamp((top.y + pad - low_.y), rows_);
@@ -118,25 +126,35 @@ public:
         if (x0 > x1) x0 = x1 = std::clamp(x0, xmin, xmax);
       }
       const std::int64_t column0 = clamp(x0 - pad - low_.x, columns_), column1 = clamp(x1 + pad - low_.x, columns_);
-      for (std::int64_t column = column0; column <= column1; ++column) f(index(column, row));
+      for (std::int64_t column = column0; column <= column1; ++column)
+        if (f(index(column, row))) return true;
     }
+    return false;
   }
 
   [[nodiscard]] std::int64_t cell() const { return cell_; }
-  /// Calls f(bucket) for the buckets at distance `ring` (in buckets, Chebyshev) from the one nearest to p; false if
-  /// there are none.
+  /// Calls f(bucket) for the buckets at distance `ring` (in buckets, Chebyshev) from the one nearest to p that are not
+  /// farther than `limit` pitches from p, which f may change; false if there are none in that ring.
   template <class F>
-  bool for_each_on_ring(const GridPoint& p, std::int64_t ring, F&& f) const {
+  bool for_each_on_ring(const GridPoint& p, std::int64_t ring, const double& limit, F&& f) const {
     const std::int64_t column = clamp(p.x - low_.x, columns_), row = clamp(p.y - low_.y, rows_);
     const std::int64_t c0 = std::max<std::int64_t>(0, column - ring), c1 = std::min(columns_ - 1, column + ring);
+    const auto distance_along = [&](std::int64_t offset, std::int64_t k) {  // to the stretch of column or row k
+      return double(std::max({std::int64_t(0), k * cell_ - offset, offset - (k + 1) * cell_}));
+    };
     bool any = false;
     for (std::int64_t r = std::max<std::int64_t>(0, row - ring); r <= std::min(rows_ - 1, row + ring); ++r) {
-      if (r == row - ring || r == row + ring) {
-        for (std::int64_t c = c0; c <= c1; ++c) f(index(c, r));
+      const double dy = distance_along(p.y - low_.y, r);
+      const auto offer = [&](std::int64_t c) {
         any = true;
+        const double dx = distance_along(p.x - low_.x, c);
+        if (dx * dx + dy * dy <= limit * limit) f(index(c, r));
+      };
+      if (r == row - ring || r == row + ring) {
+        for (std::int64_t c = c0; c <= c1; ++c) offer(c);
       } else {
-        if (column - ring >= 0) f(index(column - ring, r)), any = true;
-        if (column + ring < columns_ && ring > 0) f(index(column + ring, r)), any = true;
+        if (column - ring >= 0) offer(column - ring);
+        if (column + ring < columns_ && ring > 0) offer(column + ring);
       }
     }
     return any;

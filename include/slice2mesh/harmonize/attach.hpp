@@ -36,13 +36,12 @@ enum class EdgeEnds : std::uint8_t { Without, With };
   Poll listen(poll, 1 << 14);
   for (std::size_t v = first; v < outline.vertices.size(); ++v) {
     const GridPoint& p = outline.vertices[v];
-    bool found = false;
-    index.for_each_near(p, p, pad, [&](std::size_t e) {
+    const bool found = index.any_near(p, p, pad, [&](std::size_t e) {
       listen();
       const Outline::Edge& edge = outline.edges[e];
-      if (found || edge.a == std::int32_t(v) || edge.b == std::int32_t(v)) return;
+      if (edge.a == std::int32_t(v) || edge.b == std::int32_t(v)) return false;
       const GridPoint &a = outline.vertices[std::size_t(edge.a)], &b = outline.vertices[std::size_t(edge.b)];
-      found = (ends == EdgeEnds::With || (dot(a, b, p) > 0 && dot(b, a, p) > 0)) && segment_distance(p, a, b) <= near;
+      return (ends == EdgeEnds::With || (dot(a, b, p) > 0 && dot(b, a, p) > 0)) && segment_distance(p, a, b) <= near;
     });
     if (found) result.push_back(std::int32_t(v));
   }

@@ -90,7 +90,8 @@ private:
   /// The contour of one slab while it changes.
   struct Sheet {
     explicit Sheet(Outline& o)
-        : outline(o), start(o), edges_at(o.vertices.size()), alive(o.edges.size(), 1), drift(o.vertices.size(), 0) {
+        : outline(o), start(o), edges_at(o.vertices.size()), alive(o.edges.size(), 1), found(o.edges.size(), 0),
+          drift(o.vertices.size(), 0) {
       place.reserve(o.vertices.size());
       for (std::size_t v = 0; v < o.vertices.size(); ++v) place.emplace(o.vertices[v], std::int32_t(v));
       for (std::size_t e = 0; e < o.edges.size(); ++e) {
@@ -102,6 +103,8 @@ private:
     SegmentIndex start;                               // edges where they were at first
     std::vector<std::vector<std::int32_t>> edges_at;  // #V
     std::vector<char> alive;                          // #E
+    std::vector<std::uint32_t> found;                 // #E: by which search
+    std::uint32_t search = 0;                         // the last one
     double farthest = 0;                              // of all drifts
     std::vector<double> drift;                        // #V: how far the ends of edges at a vertex have come
     std::unordered_map<GridPoint, std::int32_t, GridHash> place;
@@ -255,7 +258,8 @@ private:
         const GridPoint p = sheet.point(std::int32_t(v));
         if (stacked(s) && sheets_[s - 1].at(p) != kNone) continue;  // once, for the lowest slab
         if (!find_column(s, p)) continue;
-        const double gap = gap_at(p, p, 0);
+        find_beside(p, 0);
+        const double gap = gap_at(p, 0);
         if (gap < limits_.apart) result.push_back({gap, s, p});
       }
     }
@@ -276,12 +280,13 @@ private:
       // As near as when no place was found for it: most likely nothing has moved there since.
       if (std::binary_search(stuck_.begin(), stuck_.end(), c)) continue;
       if (!find_column(c.slab, c.p)) continue;
-      const double gap = gap_at(c.p, c.p, 0), least = gap + kSpreadGain * apart;
+      find_beside(c.p, apart + double(kContourStep));  // places are rounded to steps
+      const double gap = gap_at(c.p, 0), least = gap + kSpreadGain * apart;
       if (gap >= apart) continue;
       places.clear();
       const auto offer = [&](const GridPoint& q) {
         if (q == c.p) return;
-        const double reached = gap_at(c.p, q, least);
+        const double reached = gap_at(q, least);
         // Of places that are as good the one where contours change least.
         if (reached >= least) places.emplace_back(kSpreadChange * change(q) - reached, q);
       };
@@ -332,68 +337,80 @@ private:
              return frozen_[step.slab] != 0 || sheets_[step.slab].edges_at[std::size_t(step.v)].size() > kMostEdges;
            });
   }
-  /// Calls f(slab, u, w) for the edges uw of a slab and those next to it that are near ab and do not end in p, for some
-  /// of them more than once.
-  template <class F>
-  void for_each_beside(const GridPoint& p, const GridPoint& a, const GridPoint& b, std::size_t slab, F&& f) const {
-    const std::size_t first = stacked(slab) ? slab - 1 : slab;
-    const std::size_t last = stacked(slab + 1) ? slab + 1 : slab;
-    const auto near = std::int64_t(std::ceil(limits_.apart));
-    const GridPoint low{std::min(a.x, b.x) - near, std::min(a.y, b.y) - near};
-    const GridPoint high{std::max(a.x, b.x) + near, std::max(a.y, b.y) + near};
-    for (std::size_t s = first; s <= last; ++s) {
-      const Sheet& sheet = sheets_[s];
-      const auto pad = std::int64_t(std::ceil(limits_.apart + sheet.farthest)) + 1;
-      sheet.start.for_each_near(a, b, pad, [&](std::size_t e) {
-        looked();
-        if (!sheet.alive[e]) return;
-        const GridPoint &u = sheet.point(sheet.outline.edges[e].a), &w = sheet.point(sheet.outline.edges[e].b);
-        if (std::max(u.x, w.x) < low.x || std::min(u.x, w.x) > high.x) return;
-        if (std::max(u.y, w.y) < low.y || std::min(u.y, w.y) > high.y) return;
-        if (u != p && w != p) f(s, u, w);
-      });
+  /// An edge uw that is near an edge of the column in question, from its vertex to x.
+  struct Beside {
+    GridPoint x, u, w;
+    bool same_slab;
+  };
+  /// Finds what may be nearer than `apart` to the column at p, or to its edges, while it is within `radius` of p: edges
+  /// of its slabs and of those next to them that do not end in p.
+  void find_beside(const GridPoint& p, double radius) {
+    beside_.clear();
+    const auto near = std::int64_t(std::ceil(limits_.apart + radius));
+    for (const Step& step : steps_) {
+      const Sheet& sheet = sheets_[step.slab];
+      for (const std::int32_t e : sheet.edges_at[std::size_t(step.v)]) {
+        const GridPoint x = sheet.point(sheet.other_end(e, step.v));
+        const GridPoint low{std::min(p.x, x.x) - near, std::min(p.y, x.y) - near};
+        const GridPoint high{std::max(p.x, x.x) + near, std::max(p.y, x.y) + near};
+        const std::size_t first = stacked(step.slab) ? step.slab - 1 : step.slab;
+        const std::size_t last = stacked(step.slab + 1) ? step.slab + 1 : step.slab;
+        for (std::size_t s = first; s <= last; ++s) {
+          Sheet& other = sheets_[s];
+          ++other.search;
+          const auto pad = std::int64_t(std::ceil(limits_.apart + radius + other.farthest)) + 1;
+          other.start.for_each_near(p, x, pad, [&](std::size_t f) {
+            looked();
+            if (!other.alive[f] || other.found[f] == other.search) return;
+            other.found[f] = other.search;
+            const GridPoint &u = other.point(other.outline.edges[f].a), &w = other.point(other.outline.edges[f].b);
+            if (u == p || w == p) return;
+            if (std::max(u.x, w.x) < low.x || std::min(u.x, w.x) > high.x) return;
+            if (std::max(u.y, w.y) < low.y || std::min(u.y, w.y) > high.y) return;
+            beside_.push_back({x, u, w, s == step.slab});
+          });
+        }
+      }
     }
   }
-  /// How near the column at p would be to other vertices and edges, or its edges to other vertices, if it were at q;
-  /// `apart` if nothing is nearer. What is below `floor` is not told exactly. A vertex on an edge of another slab is
-  /// not near to it: the overlay of the plane leads the edge through it.
-  [[nodiscard]] double gap_at(const GridPoint& p, const GridPoint& q, double floor) const {
+  /// How near the column that `find_beside` was called for would be to other vertices and edges, or its edges to other
+  /// vertices, if it were at q; `apart` if nothing is nearer. What is below `floor` is not told exactly. A vertex on an
+  /// edge of another slab is not near to it: the overlay of the plane leads the edge through it.
+  [[nodiscard]] double gap_at(const GridPoint& q, double floor) {
     constexpr double kOn = kAttachSteps * double(kContourStep);
     double gap = limits_.apart;
-    const auto apart = [&](double d, bool same_slab) {
-      if (same_slab || d > kOn) gap = std::min(gap, d);
-    };
+    looked(beside_.size());
     for (const Step& step : steps_) {
       const Sheet& sheet = sheets_[step.slab];
       for (const std::int32_t e : sheet.edges_at[std::size_t(step.v)])
         gap = std::min(gap, distance(q, sheet.point(sheet.other_end(e, step.v))));
     }
-    for (const Step& step : steps_) {
-      const Sheet& sheet = sheets_[step.slab];
-      for (const std::int32_t e : sheet.edges_at[std::size_t(step.v)]) {
-        if (gap < floor) return gap;
-        const GridPoint x = sheet.point(sheet.other_end(e, step.v));
-        for_each_beside(p, q, x, step.slab, [&](std::size_t s, const GridPoint& u, const GridPoint& w) {
-          if (gap < floor) return;
-          const bool same = s == step.slab;
-          apart(segment_distance(q, u, w), same);
-          if (!same) gap = std::min({gap, distance(q, u), distance(q, w)});
-          if (u != x) apart(segment_distance(u, q, x), same);
-          if (w != x) apart(segment_distance(w, q, x), same);
-        });
-      }
+    for (std::size_t i = 0; i < beside_.size(); ++i) {
+      if (gap < floor) break;
+      const auto [x, u, w, same_slab] = beside_[i];
+      const auto apart = [&](double d) {
+        if (d < gap && (same_slab || d > kOn)) gap = d;
+      };
+      const auto near = std::int64_t(gap) + 1;
+      if (std::max(u.x, w.x) < std::min(q.x, x.x) - near || std::min(u.x, w.x) > std::max(q.x, x.x) + near) continue;
+      if (std::max(u.y, w.y) < std::min(q.y, x.y) - near || std::min(u.y, w.y) > std::max(q.y, x.y) + near) continue;
+      apart(segment_distance(q, u, w));
+      if (!same_slab) gap = std::min({gap, distance(q, u), distance(q, w)});
+      if (u != x) apart(segment_distance(u, q, x));
+      if (w != x) apart(segment_distance(w, q, x));
+      // What is in the way of this place is in the way of the next one, most likely.
+      if (gap < floor) std::swap(beside_[i], beside_.front());
     }
     return gap;
   }
-  /// The points of edges of other slabs near p that are nearest to it.
+  /// The points of edges of other slabs near p that are nearest to it. Needs `find_beside`.
   [[nodiscard]] std::vector<GridPoint> feet(const GridPoint& p) const {
     std::vector<GridPoint> result;
-    for (const Step& step : steps_)
-      for_each_beside(p, p, p, step.slab, [&](std::size_t s, const GridPoint& u, const GridPoint& w) {
-        if (s == step.slab || segment_distance(p, u, w) >= limits_.apart) return;
-        const double length = distance(u, w), t = double(dot(u, w, p)) / (length * length);
-        if (t > 0 && t < 1) result.push_back(contour_point_between(u, w, t));
-      });
+    for (const Beside& b : beside_) {
+      if (b.same_slab || segment_distance(p, b.u, b.w) >= limits_.apart) continue;
+      const double length = distance(b.u, b.w), t = double(dot(b.u, b.w, p)) / (length * length);
+      if (t > 0 && t < 1) result.push_back(contour_point_between(b.u, b.w, t));
+    }
     std::sort(result.begin(), result.end());
     result.erase(std::unique(result.begin(), result.end()), result.end());
     return result;
@@ -466,29 +483,24 @@ private:
         };
         for (std::size_t s = first; s <= last; ++s) {
           const Sheet& other = sheets_[s];
-          bool blocked = false;
-          const auto look = [&](const GridPoint& y) {
-            if (y.x < low.x || y.x > high.x || y.y < low.y || y.y > high.y) return;
-            if (y == p || y == q || y == target || y == c.v || y == c.w) return;
+          const auto blocks = [&](const GridPoint& y) {
+            if (y.x < low.x || y.x > high.x || y.y < low.y || y.y > high.y) return false;
+            if (y == p || y == q || y == target || y == c.v || y == c.w) return false;
             const int a = orientation(p, target, y), b = orientation(target, q, y), d = orientation(q, p, y);
-            if (turn == 0 ? d == 0 && in_box(y) : a * turn >= 0 && b * turn >= 0 && d * turn >= 0) {
-              blocked = true;
-              return;
-            }
-            blocked = blocked || gets_close(segment_distance(y, p, q), segment_distance(y, target, q), s == step.slab);
+            if (turn == 0 ? d == 0 && in_box(y) : a * turn >= 0 && b * turn >= 0 && d * turn >= 0) return true;
+            return gets_close(segment_distance(y, p, q), segment_distance(y, target, q), s == step.slab);
           };
-          other.start.for_each_near(p, q, pad, [&](std::size_t f) {
+          const bool blocked = other.start.any_near(p, q, pad, [&](std::size_t f) {
             looked();
-            if (blocked || !other.alive[f]) return;
+            if (!other.alive[f]) return false;
             const GridPoint &a = other.point(other.outline.edges[f].a), &b = other.point(other.outline.edges[f].b);
-            if (std::max(a.x, b.x) < low.x || std::min(a.x, b.x) > high.x) return;
-            if (std::max(a.y, b.y) < low.y || std::min(a.y, b.y) > high.y) return;
-            look(a);
-            look(b);
-            if (blocked || a == p || b == p || a == target || b == target) return;
-            if (a == c.v || a == c.w || b == c.v || b == c.w) return;
-            blocked = gets_close(segment_distance(p, a, b), segment_distance(target, a, b), s == step.slab) ||
-                      segments_meet(p, target, a, b);
+            if (std::max(a.x, b.x) < low.x || std::min(a.x, b.x) > high.x) return false;
+            if (std::max(a.y, b.y) < low.y || std::min(a.y, b.y) > high.y) return false;
+            if (blocks(a) || blocks(b)) return true;
+            if (a == p || b == p || a == target || b == target) return false;
+            if (a == c.v || a == c.w || b == c.v || b == c.w) return false;
+            return gets_close(segment_distance(p, a, b), segment_distance(target, a, b), s == step.slab) ||
+                   segments_meet(p, target, a, b);
           });
           if (blocked) return false;
         }
@@ -638,7 +650,8 @@ private:
   double clearance_ = 0;  // of the merge in question
   std::vector<Sheet> sheets_;
   std::vector<Step> steps_;
-  std::vector<Close> stuck_;  // sorted: columns that no place was found for
+  std::vector<Beside> beside_;  // see find_beside
+  std::vector<Close> stuck_;    // sorted: columns that no place was found for
   std::vector<std::pair<GridPoint, GridPoint>> old_, now_;
   std::vector<std::size_t> seen_;
   Poll* listen_ = nullptr;  // while it runs

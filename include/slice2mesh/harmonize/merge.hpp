@@ -166,16 +166,14 @@ inline void move_vertices(Outline& outline, std::vector<VertexMove> moves, const
   const auto reach = std::int64_t(std::ceil(moves.back().length)) + 1;
   Poll listen(poll, 1 << 14);
   const auto crosses = [&](std::int32_t v, const GridPoint& target) {
-    bool found = false;
     const GridPoint& p = points[std::size_t(at[std::size_t(v)])];
-    edges.for_each_near(p, target, reach, [&](std::size_t e) {
+    return edges.any_near(p, target, reach, [&](std::size_t e) {
       listen();
       const Outline::Edge& edge = outline.edges[e];
-      if (found || edge.a == v || edge.b == v) return;
-      found = segments_meet(p, target, points[std::size_t(at[std::size_t(edge.a)])],
-                            points[std::size_t(at[std::size_t(edge.b)])]);
+      if (edge.a == v || edge.b == v) return false;
+      return segments_meet(p, target, points[std::size_t(at[std::size_t(edge.a)])],
+                           points[std::size_t(at[std::size_t(edge.b)])]);
     });
-    return found;
   };
   for (std::size_t k = 0; k < moves.size(); ++k) {
     const VertexMove& m = moves[k];
