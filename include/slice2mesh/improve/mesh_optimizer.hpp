@@ -54,6 +54,8 @@ public:
       for (const std::int32_t v : mesh.tets[t]) at_[std::size_t(v)].push_back(std::int32_t(t));
       badness_[t] = badness(mesh.tets[t]);
     }
+    tried_edge_.resize(mesh.tets.size());
+    tried_pair_.resize(mesh.tets.size());
     changed_.assign(points_.size(), 1);
     gone_.assign(points_.size(), kNone);
   }
@@ -217,7 +219,9 @@ private:
     for (const Tet& t : tets_) {
       badnesses_.push_back(badness(t));
       after += cost(badnesses_.back());
+      if (!(before - after > kLeastGain * before)) return;
     }
+    gainful_ = true;
     if (!(before - after > kLeastGain * before + best_.gain)) return;
     // Positive tets that add up to the same volume in each slab fill the same space once.
     const std::int32_t first = mesh_.tet_slab[std::size_t(old.front())];
@@ -236,6 +240,33 @@ private:
     best_.cells = cells_;
     best_.badnesses = badnesses_;
   }
+  /// Flips and collapses that were tried without gain, by two vertices, with the stamp of that time. Others that fall
+  /// into the same place of the table replace them: they are tried once more, with the same result.
+  class Memory {
+  public:
+    /// `pairs`: about how many are of use.
+    void resize(std::size_t pairs) {
+      constexpr std::size_t kLeast = std::size_t(1) << 12, kMost = std::size_t(1) << 22;
+      std::size_t size = kLeast;
+      while (size < pairs && size < kMost) size *= 2;
+      entries_.assign(size, {});
+    }
+    [[nodiscard]] std::uint32_t stamp(std::int32_t a, std::int32_t b) const {
+      const Entry& entry = entries_[place(a, b)];
+      return entry.a == a && entry.b == b ? entry.stamp : 0;
+    }
+    void set(std::int32_t a, std::int32_t b, std::uint32_t stamp) { entries_[place(a, b)] = {a, b, stamp}; }
+
+  private:
+    struct Entry {
+      std::int32_t a = kNone, b = kNone;
+      std::uint32_t stamp = 0;
+    };
+    [[nodiscard]] std::size_t place(std::int32_t a, std::int32_t b) const {
+      return GridHash{}({a, b}) & (entries_.size() - 1);
+    }
+    std::vector<Entry> entries_;
+  };
   /// The tets around edge ab in order, if they are a closed ring of one region. `ring_` gets the vertices around it,
   /// counter-clockwise seen from b.
   bool find_ring(std::int32_t a, std::int32_t b) {
@@ -299,9 +330,11 @@ private:
           const Tet up{ring[i], ring[j], ring[k], b}, down{ring[i], ring[k], ring[j], a};
           const double ru = badness(up);
           if (!std::isfinite(ru)) continue;
+          sum += cost(ru);
+          if (!(sum < best[i][k]) || !(sum < limit)) continue;
           const double rd = badness(down);
           if (!std::isfinite(rd)) continue;
-          sum += cost(ru) + cost(rd);
+          sum += cost(rd);
           if (sum < best[i][k]) {
             best[i][k] = sum;
             apex[i][k] = j;
@@ -424,11 +457,16 @@ private:
     best_.old.clear();
     const Tet tet = mesh_.tets[std::size_t(t)];
     for (const auto& e : kTetEdgeVertices) {
-      const std::int32_t a = tet[e[0]], b = tet[e[1]];
+      const auto [a, b] = std::minmax(tet[e[0]], tet[e[1]]);
+      // A change of a tet at the edge changes both of its ends.
+      const std::uint32_t tried = tried_edge_.stamp(a, b);
+      if (changed_[std::size_t(a)] <= tried || changed_[std::size_t(b)] <= tried) continue;
+      gainful_ = false;
       if (plane(a) == plane(b))
         offer_plane_flip(a, b);
       else
         offer_edge_removal(a, b);
+      if (!gainful_) tried_edge_.set(a, b, stamp_);
     }
     for (std::size_t i = 0; i < 4; ++i) offer_face_removal(t, i);
     return apply_best();
@@ -686,8 +724,12 @@ private:
         if (u != v) pairs.push_back({distance(point(v), point(u)), {v, u}});
     }
     std::sort(pairs.begin(), pairs.end());
-    for (const auto& [d, vu] : pairs)
-      if (collapse(vu.first, vu.second)) return true;
+    for (const auto& [d, vu] : pairs) {
+      const auto [v, u] = vu;
+      if (changed_[std::size_t(v)] <= tried_pair_.stamp(v, u)) continue;
+      if (collapse(v, u)) return true;
+      tried_pair_.set(v, u, stamp_);
+    }
     return false;
   }
   std::size_t collapse_round() {
@@ -820,7 +862,9 @@ private:
   std::int64_t next_poll_ = 0;
   double share_ = 0;  // of the rounds
   std::vector<std::uint32_t> tried_flip_, tried_smooth_, tried_collapse_;
+  Memory tried_edge_, tried_pair_;
   Flip best_;
+  bool gainful_ = false;  // the edge that is tried, perhaps
   std::vector<std::int32_t> around_, ring_, old_;
   std::vector<std::pair<std::int32_t, std::int32_t>> links_;
   std::vector<std::pair<std::size_t, std::size_t>> spans_;
