@@ -566,7 +566,7 @@ private:
     }
     return true;
   }
-  /// Pattern search for a better place.
+  /// Looks for a better place: along the contour by pattern search, else down the gradient.
   bool smooth(std::int32_t v) {
     const Kind kind = kind_[std::size_t(v)];
     if (kind == Kind::Fixed || at_[std::size_t(v)].empty()) return false;
@@ -607,26 +607,21 @@ private:
         if (!better) step /= 2;
       }
     } else {
-      // Down the gradient (forward differences), with steps that shrink; the first is a third of the way to the nearest
-      // neighbor.
-      for (int i = 0; i < kDescents; ++i) {
-        const double delta = std::max(1.0, 1e-5 * shortest);
-        const double limit = std::numeric_limits<double>::infinity();
-        const double gx = cost_at(v, {best.x + std::llround(delta), best.y}, limit) - current,
-                     gy = cost_at(v, {best.x, best.y + std::llround(delta)}, limit) - current;
-        const double g = std::hypot(gx, gy);
-        if (!std::isfinite(g) || g == 0) break;
-        const double before = current;
-        for (int k = 0; k < 4; ++k, step *= 0.4) {
-          const GridPoint p{best.x - std::llround(step * gx / g), best.y - std::llround(step * gy / g)};
-          const double c = cost_at(v, p, current);
-          if (c < current) {
-            current = c;
-            best = p;
-            break;
-          }
-        }
-        if (!(current < (1 - kLeastGain) * before)) break;
+      // One step down the gradient (forward differences), at first a third of the way to the nearest neighbor. More of
+      // them before the neighbors, flips and collapses have their turn take longer and gain less.
+      const double delta = std::max(1.0, 1e-5 * shortest);
+      const double limit = std::numeric_limits<double>::infinity();
+      const double gx = cost_at(v, {start.x + std::llround(delta), start.y}, limit) - current,
+                   gy = cost_at(v, {start.x, start.y + std::llround(delta)}, limit) - current;
+      const double g = std::hypot(gx, gy);
+      if (!std::isfinite(g) || g == 0) return false;
+      for (int k = 0; k < kStepSizes; ++k, step *= 0.4) {
+        const GridPoint p{start.x - std::llround(step * gx / g), start.y - std::llround(step * gy / g)};
+        const double c = cost_at(v, p, current);
+        if (!(c < current)) continue;
+        current = c;
+        best = p;
+        break;
       }
     }
     if (!(current < (1 - kLeastGain) * initial)) return false;
@@ -835,7 +830,7 @@ private:
   static constexpr double kVeryBad = 8;           ///< R/3r
   static constexpr double kBad = 3;               ///< R/3r; what is above is worked on first
   static constexpr double kLeastGain = 3e-3;      ///< share of the cost that a flip or a move has to gain
-  static constexpr int kDescents = 3;             ///< steps of one move
+  static constexpr int kStepSizes = 4;            ///< of a move, each 0.4 of the one before
   static constexpr std::size_t kLongestRing = 9;  ///< edges with more tets around are not taken out
   static constexpr double kCollapseGain = 0.1;    ///< what a collapse has to gain in the sum of R/3r ...
   static constexpr double kGoodRatio = 1.3;       ///< ... above this: that of a column
