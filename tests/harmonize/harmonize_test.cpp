@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "plc/chain.hpp"
@@ -446,6 +447,43 @@ TEST_CASE("vertices in triangles and boxes are found, whatever the cells") {
       }
     }
   CHECK(inside > 10000);
+}
+
+TEST_CASE("the nearest segment and all that are near are found, from anywhere") {
+  std::mt19937 random(20261124);
+  const auto whole = [&](std::int64_t n) { return std::int64_t(random() % std::uint64_t(2 * n + 1)) - n; };
+  std::size_t near = 0;
+  for (const std::int64_t extent : {std::int64_t{3}, std::int64_t{1000}, kGridLimit / 4})
+    for (const std::int64_t longest : {extent / 50 + 1, extent}) {
+      std::vector<std::pair<GridPoint, GridPoint>> segments;
+      for (int i = 0; i < 200; ++i) {
+        const GridPoint a{whole(extent), whole(i % 2 == 0 ? extent : extent / 50)};
+        segments.push_back({a, {a.x + whole(longest), a.y + whole(longest)}});
+      }
+      const detail::SegmentIndex index(segments);
+      for (int k = 0; k < 200; ++k) {
+        const GridPoint p{whole(2 * extent), whole(2 * extent)}, q{p.x + whole(longest), p.y + whole(longest)};
+        double least = HUGE_VAL;
+        for (std::size_t i = 0; i < segments.size(); ++i) least = std::min(least, index.distance_to(i, p));
+        const detail::SegmentIndex::Nearest found = index.nearest(p);
+        CHECK(found.distance == least);
+        REQUIRE(found.segment >= 0);
+        CHECK(index.distance_to(std::size_t(found.segment), p) == least);
+        CHECK(index.nearest(p, least).segment == -1);
+        const std::int64_t pad = extent / 20;
+        std::vector<char> seen(segments.size(), 0);
+        CHECK(!index.any_near(p, q, pad, [&](std::size_t i) { return (seen[i] = 1, false); }));
+        for (std::size_t i = 0; i < segments.size(); ++i) {
+          const auto& [a, b] = segments[i];
+          const double d = std::min({index.distance_to(i, p), index.distance_to(i, q),
+                                     detail::segment_distance(a, p, q), detail::segment_distance(b, p, q)});
+          if (d >= double(pad) && !detail::segments_meet(a, b, p, q)) continue;
+          ++near;
+          REQUIRE(seen[i] == 1);
+        }
+      }
+    }
+  CHECK(near > 1000);
 }
 
 TEST_CASE("a tolerance that is no length is refused") {
