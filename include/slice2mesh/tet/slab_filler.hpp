@@ -477,12 +477,14 @@ public:
       }
     }
   }
-  /// The sheet below (top = false) or above a slab.
-  [[nodiscard]] Sheet make(std::int32_t slab, bool top) {
+  /// The sheet below (top = false) or above a slab. `poll` is called now and then.
+  [[nodiscard]] Sheet make(std::int32_t slab, bool top, const std::function<void()>& poll) {
     Sheet sheet;
+    Poll listen(poll, 1 << 16);
     const std::vector<std::int32_t>& facets = (top ? top_ : bottom_)[std::size_t(slab)];
     sheet.triangles.reserve(facets.size());
     for (const std::int32_t f : facets) {
+      listen();
       const Facet& facet = plc_.facets[std::size_t(f)];
       std::array<std::int32_t, 3> tri = facet.vertices;
       if (facet.label == FacetLabel::Down) std::swap(tri[1], tri[2]);
@@ -501,47 +503,59 @@ public:
     sheet.neighbors.assign(sheet.triangles.size(), {kNone, kNone, kNone});
     sheet.walls.assign(sheet.triangles.size(), {kNone, kNone, kNone});
     struct Half {
-      std::int32_t low, high, triangle, index;  // index -1: a wall; its id in `triangle`
+      std::int32_t high, triangle, index;  // index -1: a wall; its id in `triangle`
       bool operator<(const Half& o) const {
-        if (low != o.low) return low < o.low;
         if (high != o.high) return high < o.high;
         return index != o.index ? index < o.index : triangle < o.triangle;
       }
     };
+    // By their lower vertex: counted, then filled in.
+    std::vector<std::size_t> start(sheet.points.size() + 1, 0);
     std::vector<Half> halves;
-    halves.reserve(sheet.triangles.size() * 3 + wall_facets_[std::size_t(slab)].size());
-    for (std::size_t t = 0; t < sheet.triangles.size(); ++t)
-      for (std::int32_t i = 0; i < 3; ++i) {
-        const std::int32_t a = sheet.triangles[t][std::size_t((i + 1) % 3)],
-                           b = sheet.triangles[t][std::size_t((i + 2) % 3)];
-        halves.push_back({std::min(a, b), std::max(a, b), std::int32_t(t), i});
+    const auto visit = [&](auto&& put) {
+      for (std::size_t t = 0; t < sheet.triangles.size(); ++t)
+        for (std::int32_t i = 0; i < 3; ++i) {
+          listen();
+          const auto [a, b] =
+              std::minmax({sheet.triangles[t][std::size_t((i + 1) % 3)], sheet.triangles[t][std::size_t((i + 2) % 3)]});
+          put(a, Half{b, std::int32_t(t), i});
+        }
+      const std::int32_t plane = plc_.slab_planes[std::size_t(slab)][top ? 1 : 0];
+      for (const std::int32_t f : wall_facets_[std::size_t(slab)]) {
+        const Facet& facet = plc_.facets[std::size_t(f)];
+        for (std::size_t i = 0; i < 3; ++i) {
+          listen();
+          const std::int32_t u = facet.vertices[i], w = facet.vertices[(i + 1) % 3];
+          if (plc_.vertex_plane[std::size_t(u)] != plane || plc_.vertex_plane[std::size_t(w)] != plane) continue;
+          const auto [a, b] = std::minmax({local_[std::size_t(u)], local_[std::size_t(w)]});
+          if (a != kNone) put(a, Half{b, facet.wall, -1});
+        }
       }
-    const std::int32_t plane = plc_.slab_planes[std::size_t(slab)][top ? 1 : 0];
-    for (const std::int32_t f : wall_facets_[std::size_t(slab)]) {
-      const Facet& facet = plc_.facets[std::size_t(f)];
-      for (std::size_t i = 0; i < 3; ++i) {
-        const std::int32_t u = facet.vertices[i], w = facet.vertices[(i + 1) % 3];
-        if (plc_.vertex_plane[std::size_t(u)] != plane || plc_.vertex_plane[std::size_t(w)] != plane) continue;
-        const std::int32_t a = local_[std::size_t(u)], b = local_[std::size_t(w)];
-        if (a != kNone && b != kNone) halves.push_back({std::min(a, b), std::max(a, b), facet.wall, -1});
+    };
+    visit([&](std::int32_t low, const Half&) { ++start[std::size_t(low) + 1]; });
+    for (std::size_t v = 1; v < start.size(); ++v) start[v] += start[v - 1];
+    halves.resize(start.back());
+    std::vector<std::size_t> next(start.begin(), start.end() - 1);
+    visit([&](std::int32_t low, const Half& half) { halves[next[std::size_t(low)]++] = half; });
+    for (std::size_t v = 0; v + 1 < start.size(); ++v) {
+      listen(start[v + 1] - start[v] + 1);
+      std::sort(halves.begin() + std::ptrdiff_t(start[v]), halves.begin() + std::ptrdiff_t(start[v + 1]));
+      for (std::size_t i = start[v]; i < start[v + 1];) {
+        std::size_t j = i;
+        std::int32_t wall = kNone;
+        for (; j < start[v + 1] && halves[j].high == halves[i].high; ++j)
+          if (halves[j].index < 0) wall = halves[j].triangle;
+        for (std::size_t k = i; k < j; ++k) {
+          if (halves[k].index < 0) continue;
+          const auto t = std::size_t(halves[k].triangle);
+          sheet.walls[t][std::size_t(halves[k].index)] = wall;
+          if (wall != kNone) continue;
+          for (std::size_t m = i; m < j; ++m)
+            if (m != k && halves[m].index >= 0 && sheet.regions[std::size_t(halves[m].triangle)] == sheet.regions[t])
+              sheet.neighbors[t][std::size_t(halves[k].index)] = halves[m].triangle;
+        }
+        i = j;
       }
-    }
-    std::sort(halves.begin(), halves.end());
-    for (std::size_t i = 0; i < halves.size();) {
-      std::size_t j = i;
-      std::int32_t wall = kNone;
-      for (; j < halves.size() && halves[j].low == halves[i].low && halves[j].high == halves[i].high; ++j)
-        if (halves[j].index < 0) wall = halves[j].triangle;
-      for (std::size_t k = i; k < j; ++k) {
-        if (halves[k].index < 0) continue;
-        const auto t = std::size_t(halves[k].triangle);
-        sheet.walls[t][std::size_t(halves[k].index)] = wall;
-        if (wall != kNone) continue;
-        for (std::size_t m = i; m < j; ++m)
-          if (m != k && halves[m].index >= 0 && sheet.regions[std::size_t(halves[m].triangle)] == sheet.regions[t])
-            sheet.neighbors[t][std::size_t(halves[k].index)] = halves[m].triangle;
-      }
-      i = j;
     }
     sheet.on_wall.assign(sheet.points.size(), 0);
     for (std::size_t t = 0; t < sheet.triangles.size(); ++t)
@@ -595,7 +609,7 @@ struct SlabFiller {
       poll(s);
       const std::function<void()> listen = [&] { poll(s); };
       const auto slab = static_cast<std::int32_t>(s);
-      const detail::Sheet bottom = sheets.make(slab, false), top = sheets.make(slab, true);
+      const detail::Sheet bottom = sheets.make(slab, false, listen), top = sheets.make(slab, true, listen);
       const std::size_t first = mesh.tets.size();
       detail::SlabFill fill(slab, plc.grid, bottom, top, listen);
       fill.run([&](const std::array<std::int32_t, 4>& tet, std::int32_t region) {
