@@ -387,17 +387,19 @@ private:
     }
     for (std::size_t i = 0; i < beside_.size(); ++i) {
       if (gap < floor) break;
-      const auto [x, u, w, same_slab] = beside_[i];
+      const Beside b = beside_[i];
       const auto apart = [&](double d) {
-        if (d < gap && (same_slab || d > kOn)) gap = d;
+        if (d < gap && (b.same_slab || d > kOn)) gap = d;
       };
       const auto near = std::int64_t(gap) + 1;
-      if (std::max(u.x, w.x) < std::min(q.x, x.x) - near || std::min(u.x, w.x) > std::max(q.x, x.x) + near) continue;
-      if (std::max(u.y, w.y) < std::min(q.y, x.y) - near || std::min(u.y, w.y) > std::max(q.y, x.y) + near) continue;
-      apart(segment_distance(q, u, w));
-      if (!same_slab) gap = std::min({gap, distance(q, u), distance(q, w)});
-      if (u != x) apart(segment_distance(u, q, x));
-      if (w != x) apart(segment_distance(w, q, x));
+      if (std::max(b.u.x, b.w.x) < std::min(q.x, b.x.x) - near || std::min(b.u.x, b.w.x) > std::max(q.x, b.x.x) + near)
+        continue;
+      if (std::max(b.u.y, b.w.y) < std::min(q.y, b.x.y) - near || std::min(b.u.y, b.w.y) > std::max(q.y, b.x.y) + near)
+        continue;
+      apart(segment_distance(q, b.u, b.w));
+      if (!b.same_slab) gap = std::min({gap, distance(q, b.u), distance(q, b.w)});
+      if (b.u != b.x) apart(segment_distance(b.u, q, b.x));
+      if (b.w != b.x) apart(segment_distance(b.w, q, b.x));
       // What is in the way of this place is in the way of the next one, most likely.
       if (gap < floor) std::swap(beside_[i], beside_.front());
     }
