@@ -89,6 +89,7 @@ public:
       return false;
     });
   }
+  [[nodiscard]] const std::pair<GridPoint, GridPoint>& segment(std::size_t i) const { return segments_[i]; }
   [[nodiscard]] double distance_to(std::size_t segment, const GridPoint& p) const {
     return segment_distance(p, segments_[segment].first, segments_[segment].second);
   }

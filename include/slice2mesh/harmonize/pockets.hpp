@@ -400,6 +400,38 @@ inline constexpr double kAttachShare = 0.4;
       return own_edge != below_edge && vertex.on_own == own_edge && vertex.on_below == below_edge &&
              kSlender * segment_distance(local_points[std::size_t(v)], a, b) < distance(a, b);
     };
+    // Which triangles stay follows from which vertices are far. So a piece along which all is far from the other
+    // outline, or nothing is, need not be split for a vertex of which the same holds: only at the places of cuts do
+    // pieces become as short as the band is wide. Between contours that cross at a small angle they are few, and not
+    // one over the angle.
+    const auto other_outline = [&](bool own_edge) -> const SegmentIndex& { return own_edge ? below_index : own_index; };
+    const auto is_far = [&](const PocketVertex& vertex, const GridPoint& p) {
+      return vertex.on_own != vertex.on_below && other_outline(vertex.on_own).distance(p, width, &listen) >= width;
+    };
+    for (std::size_t v = 0; v < vertices.size(); ++v) vertices[v].far = is_far(vertices[v], local_points[v]);
+    const auto all_far = [&](const SegmentIndex& other, const GridPoint& a, const GridPoint& b) {
+      return !other.any_near(a, b, std::int64_t(std::ceil(width)), [&](std::size_t segment) {
+        listen();
+        const auto& [p, q] = other.segment(segment);
+        return std::min({segment_distance(p, a, b), segment_distance(q, a, b), other.distance_to(segment, a),
+                         other.distance_to(segment, b)}) < width;
+      });
+    };
+    // The distance to one segment is convex: what is near at both ends is near in between.
+    const auto all_near = [&](const SegmentIndex& other, const GridPoint& a, const GridPoint& b) {
+      return other.any_near(a, a, std::int64_t(std::ceil(width)), [&](std::size_t segment) {
+        listen();
+        return std::max(other.distance_to(segment, a), other.distance_to(segment, b)) < width;
+      });
+    };
+    const auto is_decided = [&](const SubEdge& sub, std::int32_t v) {
+      const bool own_edge = is_own_edge(std::size_t(sub.edge));
+      if (own_edge == is_below_edge(std::size_t(sub.edge))) return false;
+      const bool far = vertices[std::size_t(v)].far;
+      if (vertices[std::size_t(sub.a)].far != far || vertices[std::size_t(sub.b)].far != far) return false;
+      const GridPoint &a = local_points[std::size_t(sub.a)], &b = local_points[std::size_t(sub.b)];
+      return far ? all_far(other_outline(own_edge), a, b) : all_near(other_outline(own_edge), a, b);
+    };
     // Split what is longer than half the width and has a vertex of the pocket in its diametral disc.
     while (!queue.empty()) {
       listen(16);
@@ -420,7 +452,8 @@ inline constexpr double kAttachShare = 0.4;
         const std::int32_t face = faces.of_edge[std::size_t(sub.edge)][left ? 0 : 1];
         if (is_wide(face) && !cdt.is_infinite(f) && !encroached) {
           const std::int32_t v = f->vertex(i)->info();
-          encroached = in_diametral_disc(a, b, local_points[std::size_t(v)]) && !needs_no_split(sub, v);
+          encroached =
+              in_diametral_disc(a, b, local_points[std::size_t(v)]) && !needs_no_split(sub, v) && !is_decided(sub, v);
         }
         const int j = cdt.mirror_index(f, i);
         f = f->neighbor(i);
@@ -430,9 +463,8 @@ inline constexpr double kAttachShare = 0.4;
       // An edge that is far from the other outline in its middle shows that by a vertex there.
       const bool own_edge = is_own_edge(std::size_t(sub.edge));
       if (!encroached && own_edge != is_below_edge(std::size_t(sub.edge))) {
-        const SegmentIndex& other = own_edge ? below_index : own_index;
-        const auto far = [&](const GridPoint& p) { return other.distance(p, width, &listen) >= width; };
-        encroached = far(m) && !(far(a) && far(b));
+        encroached = other_outline(own_edge).distance(m, width, &listen) >= width &&
+                     !(vertices[std::size_t(sub.a)].far && vertices[std::size_t(sub.b)].far);
       }
       if (!encroached) continue;
       if (m == a || m == b) continue;
@@ -457,6 +489,7 @@ inline constexpr double kAttachShare = 0.4;
       handle.push_back(v);
       local_points.push_back(m);
       vertices.push_back({own_edge, is_below_edge(std::size_t(sub.edge)), false});
+      vertices.back().far = is_far(vertices.back(), m);
       global.push_back(std::int32_t(points.size()));
       points.push_back(m);
       sub_of.erase(edge_key(sub.a, sub.b));
@@ -524,10 +557,6 @@ inline constexpr double kAttachShare = 0.4;
             pockets.find(triangle_face[std::size_t(n)]) == pockets.find(triangle_face[t]))
           neighbor[t][std::size_t(k)] = n;
       }
-    for (std::size_t v = 0; v < vertices.size(); ++v)
-      if (vertices[v].on_own != vertices[v].on_below)
-        vertices[v].far =
-            (vertices[v].on_own ? below_index : own_index).distance(local_points[v], width, &listen) >= width;
     const PocketSelection selection(local_points, vertices, triangles, neighbor, poll);
     const auto triangle_label = [&](std::int32_t t) {
       const std::int32_t f = triangle_face[std::size_t(t)];
