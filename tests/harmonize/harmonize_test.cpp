@@ -503,3 +503,32 @@ TEST_CASE("the contours of the slice files are within eps and valid", "[corpus]"
   }
   if (!files.empty()) CHECK(seen > 50);
 }
+
+TEST_CASE("contours that cross at a small angle are split where they are cut only, also in exact mode") {
+  for (const double angle : {1e-3, 1e-4, 1e-5, 3e-6}) {
+    SliceStack stack;
+    for (int l = 0; l < 2; ++l) {
+      const double c = 10 * std::cos(angle * l), s = 10 * std::sin(angle * l);
+      Polyline square;
+      square.points = {{c, s}, {-s, c}, {-c, -s}, {s, -c}};
+      stack.layers.emplace_back();
+      stack.layers.back().z = l + 1;
+      stack.layers.back().polylines.push_back(square);
+    }
+    Diagnostics diagnostics;
+    const LayerRegions input = build_regions(stack, make_slabs(stack, {}, diagnostics), {}, diagnostics);
+    HarmonizeOptions options;
+    options.eps = 0;
+    // Progress is called by the work done. One piece for each width of a band would be thousands of calls.
+    int calls = 0;
+    const Contours contours = harmonize(input, options, diagnostics, [&](Stage, double) {
+      ++calls;
+      return true;
+    });
+    INFO("angle " << angle << ", " << calls << " calls");
+    CHECK(calls < 60);
+    // The bands are wide enough to be kept: the contours still differ.
+    CHECK(contours.outlines[0].edges.size() == 4);
+    CHECK(contours.outlines[1].edges.size() > 4);
+  }
+}
