@@ -302,7 +302,8 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
         for (int pass = 0; pass < detail::kPasses; ++pass)
           outline =
               detail::open_difference(outline, result.outlines[s - 1], static_cast<std::int32_t>(input.regions.size()),
-                                      share * eps * detail::kOpeningShare, limits, poll);
+                                      share * eps * detail::kOpeningShare, limits,
+                                      options.eps > 0 ? detail::BandSplits::All : detail::BandSplits::AtCuts, poll);
       } else {
         // As open_difference does at its end, so that the same slice gets the same contour wherever it is.
         detail::simplify(outline, {}, {double(kContourStep), 0, 0, longest}, poll);

@@ -250,10 +250,17 @@ inline constexpr double kMergeShare = 0.7;
 /// The own outline is led through vertices of the one below that are within this share of the width.
 inline constexpr double kAttachShare = 0.4;
 
+/// How finely the edges of a pocket are split along a narrow band.
+enum class BandSplits : std::uint8_t {
+  All,    ///< as the band is wide, all along it: the best elements
+  AtCuts  ///< only where cuts may be: for widths so small that the former would be millions
+};
+
 /// `below` where `own` differs from it by less than `width` (pitches), `own` elsewhere. New vertices are simplified
-/// within `limits`; vertices and edges of `below` stay as they are. `poll` is called now and then.
+/// within `limits`; vertices and edges of `below` stay as they are. `bands` says how finely bands between the two are
+/// split. `poll` is called now and then.
 [[nodiscard]] inline Outline open_difference(const Outline& own, const Outline& below, std::int32_t regions,
-                                             double width, const SimplifyLimits& limits,
+                                             double width, const SimplifyLimits& limits, BandSplits bands,
                                              const std::function<void()>& poll = {}) {
   std::vector<TaggedSegment> segments;
   append_segments(own, 0, segments);
@@ -400,10 +407,10 @@ inline constexpr double kAttachShare = 0.4;
       return own_edge != below_edge && vertex.on_own == own_edge && vertex.on_below == below_edge &&
              kSlender * segment_distance(local_points[std::size_t(v)], a, b) < distance(a, b);
     };
-    // Which triangles stay follows from which vertices are far. So a piece along which all is far from the other
-    // outline, or nothing is, need not be split for a vertex of which the same holds: only at the places of cuts do
-    // pieces become as short as the band is wide. Between contours that cross at a small angle they are few, and not
-    // one over the angle.
+    // In exact mode: which triangles stay follows from which vertices are far. So a piece along which all is far from
+    // the other outline, or nothing is, need not be split for a vertex of which the same holds: only at the places of
+    // cuts do pieces become as short as the band is wide. Between contours that cross at a small angle they are few,
+    // and not one over the angle.
     const auto other_outline = [&](bool own_edge) -> const SegmentIndex& { return own_edge ? below_index : own_index; };
     const auto is_far = [&](const PocketVertex& vertex, const GridPoint& p) {
       return vertex.on_own != vertex.on_below && other_outline(vertex.on_own).distance(p, width, &listen) >= width;
@@ -452,8 +459,8 @@ inline constexpr double kAttachShare = 0.4;
         const std::int32_t face = faces.of_edge[std::size_t(sub.edge)][left ? 0 : 1];
         if (is_wide(face) && !cdt.is_infinite(f) && !encroached) {
           const std::int32_t v = f->vertex(i)->info();
-          encroached =
-              in_diametral_disc(a, b, local_points[std::size_t(v)]) && !needs_no_split(sub, v) && !is_decided(sub, v);
+          encroached = in_diametral_disc(a, b, local_points[std::size_t(v)]) && !needs_no_split(sub, v) &&
+                       (bands == BandSplits::All || !is_decided(sub, v));
         }
         const int j = cdt.mirror_index(f, i);
         f = f->neighbor(i);
