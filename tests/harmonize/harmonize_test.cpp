@@ -504,7 +504,7 @@ TEST_CASE("the contours of the slice files are within eps and valid", "[corpus]"
   if (!files.empty()) CHECK(seen > 50);
 }
 
-TEST_CASE("contours that cross at a small angle are split where they are cut only, also in exact mode") {
+TEST_CASE("contours that cross at a small angle are split where they are cut only, in exact mode") {
   for (const double angle : {1e-3, 1e-4, 1e-5}) {
     SliceStack stack;
     for (int l = 0; l < 2; ++l) {
