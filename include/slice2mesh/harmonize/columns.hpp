@@ -23,6 +23,7 @@
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/arrange/segment_index.hpp"
 #include "slice2mesh/core/progress.hpp"
+#include "slice2mesh/harmonize/slice_nearness.hpp"
 #include "slice2mesh/regions/slabs.hpp"
 #include "slice2mesh/regions/thicken.hpp"
 
@@ -108,7 +109,7 @@ private:
     double farthest = 0;                              // of all drifts
     std::vector<double> drift;                        // #V: how far the ends of edges at a vertex have come
     std::unordered_map<GridPoint, std::int32_t, GridHash> place;
-    std::unique_ptr<SegmentIndex> slice;
+    std::unique_ptr<SliceNearness> slice;
 
     [[nodiscard]] const GridPoint& point(std::int32_t v) const { return outline.vertices[std::size_t(v)]; }
     [[nodiscard]] std::int32_t other_end(std::int32_t e, std::int32_t v) const {
@@ -514,7 +515,8 @@ private:
   /// Is the slab still near to its slice, and its slice to the slab?
   [[nodiscard]] bool stays_near_slice(const Step& step, const GridPoint& target) {
     Sheet& sheet = sheets_[step.slab];
-    if (!sheet.slice) sheet.slice = std::make_unique<SegmentIndex>(slices_[step.slab]);
+    if (!sheet.slice) sheet.slice = std::make_unique<SliceNearness>(slices_[step.slab]);
+    const NearnessLimits limits{limits_.deviation, limits_.most, kResolution};
     old_.clear();
     now_.clear();
     for (const std::int32_t v : {step.v, step.w}) {
@@ -527,7 +529,7 @@ private:
       }
     }
     for (const auto& edge : now_)
-      if (!near_slice(*sheet.slice, edge.first, edge.second)) return false;
+      if (!sheet.slice->is_near(edge, limits, listen_)) return false;
     // Other edges of the contour that may be nearest to a part of the slice.
     const auto pad = std::int64_t(std::ceil(2 * limits_.most + reach_)) + 1;
     const std::size_t own = now_.size();
@@ -541,69 +543,7 @@ private:
       });
     std::sort(now_.begin() + std::ptrdiff_t(own), now_.end());
     now_.erase(std::unique(now_.begin() + std::ptrdiff_t(own), now_.end()), now_.end());
-    const auto wide = std::int64_t(std::ceil(limits_.most)) + 1;
-    seen_.clear();
-    for (const auto& edge : old_)
-      sheet.slice->for_each_near(edge.first, edge.second, wide, [&](std::size_t f) { seen_.push_back(f); });
-    std::sort(seen_.begin(), seen_.end());
-    seen_.erase(std::unique(seen_.begin(), seen_.end()), seen_.end());
-    const Outline& slice = slices_[step.slab];
-    return std::all_of(seen_.begin(), seen_.end(), [&](std::size_t f) {
-      looked(old_.size() + now_.size());
-      return slice_is_near(slice.vertices[std::size_t(slice.edges[f].a)],
-                           slice.vertices[std::size_t(slice.edges[f].b)]);
-    });
-  }
-
-  /// Is every point of ab near the slice?
-  [[nodiscard]] bool near_slice(const SegmentIndex& slice, const GridPoint& from, const GridPoint& to) const {
-    struct Piece {
-      GridPoint a, b;
-      SegmentIndex::Nearest na, nb;
-    };
-    const double limit = limits_.deviation;
-    std::vector<Piece> stack;
-    stack.push_back({from, to, slice.nearest(from, limit, listen_), slice.nearest(to, limit, listen_)});
-    if (stack[0].na.segment < 0 || stack[0].nb.segment < 0) return false;
-    while (!stack.empty()) {
-      const Piece p = stack.back();
-      stack.pop_back();
-      // The distance to one segment is convex along the piece.
-      if (slice.distance_to(std::size_t(p.na.segment), p.b) <= limit) continue;
-      if (slice.distance_to(std::size_t(p.nb.segment), p.a) <= limit) continue;
-      if (distance(p.a, p.b) <= kResolution * limit) continue;
-      const GridPoint m{p.a.x + (p.b.x - p.a.x) / 2, p.a.y + (p.b.y - p.a.y) / 2};
-      const SegmentIndex::Nearest nm = slice.nearest(m, limit, listen_);
-      if (nm.segment < 0) return false;
-      stack.push_back({p.a, m, p.na, nm});
-      stack.push_back({m, p.b, nm, p.nb});
-    }
-    return true;
-  }
-
-  /// Is every point of the part ab of the slice that the old edges were near to, near to the edges of now?
-  [[nodiscard]] bool slice_is_near(const GridPoint& from, const GridPoint& to) const {
-    std::vector<std::pair<GridPoint, GridPoint>> stack{{from, to}};
-    while (!stack.empty()) {
-      const auto [a, b] = stack.back();
-      stack.pop_back();
-      const double length = distance(a, b);
-      const GridPoint m{a.x + (b.x - a.x) / 2, a.y + (b.y - a.y) / 2};
-      double before = HUGE_VAL;
-      for (const auto& e : old_) before = std::min(before, segment_distance(m, e.first, e.second));
-      if (before - length / 2 > limits_.most) continue;
-      const double limit = before > limits_.deviation ? limits_.most : limits_.deviation;
-      bool covered = false;
-      for (const auto& e : now_) {
-        covered = segment_distance(a, e.first, e.second) <= limit && segment_distance(b, e.first, e.second) <= limit;
-        if (covered) break;
-      }
-      if (covered) continue;
-      if (length <= kResolution * limit) return false;
-      stack.emplace_back(a, m);
-      stack.emplace_back(m, b);
-    }
-    return true;
+    return sheet.slice->stays_covered(old_, now_, limits, listen_);
   }
 
   void apply(const GridPoint& target) {
@@ -655,7 +595,6 @@ private:
   std::vector<Beside> beside_;  // see find_beside
   std::vector<Close> stuck_;    // sorted: columns that no place was found for
   std::vector<std::pair<GridPoint, GridPoint>> old_, now_;
-  std::vector<std::size_t> seen_;
   Poll* listen_ = nullptr;  // while it runs
 };
 

@@ -17,16 +17,11 @@
 
 namespace slice2mesh {
 
-/// Improves a mesh that fills a complex by flips inside of its slabs and by moving and collapsing vertices in their
-/// planes; planes, complex and mesh are changed together. Every tet stays in its slab and region, every contour where
-/// it is, every tet positive (decided exactly). Deterministic.
-///
-/// Precondition: `plc` is `build_plc(contours, stack.meshes, stack.slab_planes)`, and `mesh` fills it with its
-/// vertices, in their order, and no others. A mesh with other vertices stays as it is, and so does one of exact mode,
-/// which promises no quality. Returns whether it was worked on.
-/// Errors: OptionError, Cancelled. Cost: bounded by ImproveOptions::most_work, apart from a linear part.
-inline bool improve(const Contours& contours, PlaneStack& stack, Plc& plc, Mesh& mesh, const ImproveOptions& options,
-                    const Progress& progress = {}) {
+namespace detail {
+
+/// See `improve`. `slices`: nullptr where contours stay.
+inline bool improve(Contours& contours, const std::vector<Outline>* slices, PlaneStack& stack, Plc& plc, Mesh& mesh,
+                    const ImproveOptions& options, const Progress& progress) {
   if (options.rounds < 0) throw OptionError("improve.rounds", "must be 0 or more");
   if (!(options.target >= 1)) throw OptionError("improve.target", "must be at least 1");
   if (!(options.collapse_above >= 1)) throw OptionError("improve.collapse_above", "must be at least 1");
@@ -34,15 +29,44 @@ inline bool improve(const Contours& contours, PlaneStack& stack, Plc& plc, Mesh&
   if (options.rounds == 0 || contours.eps == 0 || mesh.vertices.size() != plc.vertices.size()) return false;
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
     if (mesh.vertices[v] != plc.position(v)) return false;
-  detail::MeshOptimizer(stack, mesh, contours.grid, options, progress).run();
-  report(progress, Stage::Improve, 1);
   const std::function<void()> poll = [&] { report(progress, Stage::Improve, 1); };
+  {
+    MeshOptimizer optimizer(contours, slices, stack, mesh, options, progress);
+    optimizer.run();
+    if (const ContourColumns* columns = optimizer.columns()) {
+      contours.outlines = columns->outlines();
+      const double eps = contours.tolerance / contours.grid.pitch;
+      for (std::size_t s = 0; s < contours.outlines.size(); ++s)
+        if (columns->touched()[s])
+          contours.deviation[s] =
+              measured_deviation(contours.outlines[s], (*slices)[s], eps, poll) * contours.grid.pitch;
+    }
+  }
+  poll();
   plc = build_plc(contours, stack.meshes, stack.slab_planes, true, {}, poll);
   poll();
   mesh.vertices.clear();
   for (std::size_t v = 0; v < plc.vertices.size(); ++v) mesh.vertices.push_back(plc.position(v));
   mesh.facets = plc.facets;
   return true;
+}
+
+}  // namespace detail
+
+/// Improves a mesh that fills a complex by flips inside of its slabs, by moving and collapsing vertices in their planes,
+/// and by moving contour vertices within the tolerance; contours, planes, complex and mesh are changed together. Every
+/// tet stays in its slab and region, every wall vertical, every contour within `contours.tolerance` of its slice (both
+/// ways; `contours.deviation` is measured again), every tet positive (decided exactly). Deterministic.
+///
+/// Precondition: `contours` were made from `regions`, `plc` is
+/// `build_plc(contours, stack.meshes, stack.slab_planes)`, and `mesh` fills it with its vertices, in their order, and no
+/// others. A mesh with other vertices stays as it is, and so does one of exact mode, which promises no quality. Returns
+/// whether it was worked on.
+/// Errors: OptionError, Cancelled. Cost: bounded by ImproveOptions::most_work, apart from a linear part.
+inline bool improve(const LayerRegions& regions, Contours& contours, PlaneStack& stack, Plc& plc, Mesh& mesh,
+                    const ImproveOptions& options, const Progress& progress = {}) {
+  return detail::improve(contours, options.move_contours ? &regions.outlines : nullptr, stack, plc, mesh, options,
+                         progress);
 }
 
 }  // namespace slice2mesh

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -17,21 +18,23 @@
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/harmonize/harmonize.hpp"
+#include "slice2mesh/improve/contour_columns.hpp"
 #include "slice2mesh/pipeline/options.hpp"
 #include "slice2mesh/quality/tet_figures.hpp"
 #include "slice2mesh/triangulate/plane_stack.hpp"
 
 namespace slice2mesh::detail {
 
-/// Improves the tets of all slabs by local operations. All of them keep every tet in its slab and region, every wall
-/// vertical and every contour where it is; that new tets are positive is decided exactly. Free vertices move in their
-/// plane, vertices that split a contour edge along that edge.
+/// Improves the tets of all slabs by local operations. All of them keep every tet in its slab and region and every wall
+/// vertical; that new tets are positive is decided exactly. Free vertices move in their plane, vertices that split a
+/// contour edge along that edge, contour vertices as columns, within the tolerance (contour_columns.hpp), or not at all.
 class MeshOptimizer {
 public:
   using Tet = std::array<std::int32_t, 4>;
 
-  MeshOptimizer(PlaneStack& stack, Mesh& mesh, const Grid& grid, const ImproveOptions& options,
-                const Progress& progress)
+  /// `slices`: the regions that the contours were made from, for moves of contours; nullptr: contours stay.
+  MeshOptimizer(const Contours& contours, const std::vector<Outline>* slices, PlaneStack& stack, Mesh& mesh,
+                const ImproveOptions& options, const Progress& progress)
       : stack_(stack), mesh_(mesh), options_(options), progress_(progress) {
     for (std::size_t k = 0; k < stack.meshes.size(); ++k) {
       first_.push_back(std::int32_t(points_.size()));
@@ -39,7 +42,7 @@ public:
       points_.insert(points_.end(), plane.vertices.begin(), plane.vertices.end());
       plane_.resize(points_.size(), std::int32_t(k));
       for (const char fixed : plane.fixed) kind_.push_back(fixed ? Kind::Fixed : Kind::Free);
-      for (const GridPoint& p : plane.vertices) xyz_.push_back({double(p.x), double(p.y), plane.z / grid.pitch});
+      for (const GridPoint& p : plane.vertices) xyz_.push_back({double(p.x), double(p.y), plane.z / contours.grid.pitch});
     }
     first_.push_back(std::int32_t(points_.size()));
     find_sliding();
@@ -58,7 +61,11 @@ public:
     tried_pair_.resize(mesh.tets.size());
     changed_.assign(points_.size(), 1);
     gone_.assign(points_.size(), kNone);
+    if (slices != nullptr)
+      columns_ = std::make_unique<ContourColumns>(contours, *slices, stack, first_, points_, gone_, to_listener_);
   }
+  MeshOptimizer(const MeshOptimizer&) = delete;
+  MeshOptimizer& operator=(const MeshOptimizer&) = delete;
 
   /// All rounds: first for what is bad, then for the rest.
   void run() {
@@ -69,12 +76,15 @@ public:
       for (; round < last && !exhausted(); ++round) {
         share_ = double(round) / double(options_.rounds);
         report(progress_, Stage::Improve, share_);
-        if (flip_round() + smooth_round() + collapse_round() == 0) break;
+        if (flip_round() + smooth_round() + column_round() + collapse_round() == 0) break;
       }
     }
     report(progress_, Stage::Improve, 1);
     write_back();
   }
+
+  /// The columns of the contours, nullptr where contours stay.
+  [[nodiscard]] const ContourColumns* columns() const { return columns_.get(); }
 
 private:
   enum class Kind : std::uint8_t { Fixed, Free, Sliding };
@@ -649,6 +659,139 @@ private:
     return done;
   }
 
+  // --- moves of contours
+  // -------------------------------------------------------------------------------------------------
+  /// Finds all that moves with a column, the tets around it, and where the splits of its edges stand.
+  void take_column(const ContourColumns::Column& column) {
+    const GridPoint from = point(column.vertices.front());
+    star_.clear();
+    before_.clear();
+    shares_.clear();
+    const auto take = [&](std::int32_t v) {
+      before_.emplace_back(v, point(v));
+      star_.insert(star_.end(), at_[std::size_t(v)].begin(), at_[std::size_t(v)].end());
+    };
+    for (const std::int32_t v : column.vertices) take(v);
+    for (const ContourColumns::Split& split : column.splits) {
+      if (gone_[std::size_t(split.vertex)] != kNone) {
+        shares_.push_back(0);
+        continue;
+      }
+      take(split.vertex);
+      const GridPoint &end = point(split.far), &p = point(split.vertex);
+      shares_.push_back(double(dot(from, end, p)) / double(squared_distance(from, end)));
+    }
+    std::sort(star_.begin(), star_.end());
+    star_.erase(std::unique(star_.begin(), star_.end()), star_.end());
+  }
+  void place_column(const ContourColumns::Column& column, const GridPoint& p) {
+    for (const std::int32_t v : column.vertices) set_point(v, p);
+    for (std::size_t i = 0; i < column.splits.size(); ++i) {
+      const ContourColumns::Split& split = column.splits[i];
+      if (gone_[std::size_t(split.vertex)] != kNone) continue;
+      const GridPoint& end = point(split.far);
+      set_point(split.vertex, {p.x + std::llround(shares_[i] * double(end.x - p.x)),
+                               p.y + std::llround(shares_[i] * double(end.y - p.y))});
+    }
+  }
+  void put_back() {
+    for (const auto& [v, p] : before_) set_point(v, p);
+  }
+  /// The cost of the tets around the column if it were at p; infinite if one is not positive or it reaches `limit`.
+  double column_cost_at(const ContourColumns::Column& column, const GridPoint& p, double limit) {
+    place_column(column, p);
+    double sum = 0;
+    for (const std::int32_t t : star_) {
+      const double r = badness(mesh_.tets[std::size_t(t)]);
+      sum += cost(r);
+      if (!std::isfinite(r) || !(sum < limit)) return std::numeric_limits<double>::infinity();
+    }
+    return sum;
+  }
+  /// Moves a column down the gradient of the cost, or else along its contour.
+  bool smooth_column(std::size_t index) {
+    const ContourColumns::Column& column = (*columns_)[index];
+    take_column(column);
+    const GridPoint from = point(column.vertices.front());
+    double current = 0, shortest = std::numeric_limits<double>::infinity();
+    for (const std::int32_t t : star_) current += cost(badness_[std::size_t(t)]);
+    for (const std::int32_t v : column.vertices)
+      for (const std::int32_t t : at_[std::size_t(v)])
+        for (const std::int32_t u : mesh_.tets[std::size_t(t)])
+          if (u != v && plane(u) == plane(v)) shortest = std::min(shortest, distance(from, point(u)));
+    const double limit = std::numeric_limits<double>::infinity();
+    const double delta = std::max(double(kContourStep), 1e-5 * shortest);
+    const double gx = column_cost_at(column, {from.x + std::llround(delta), from.y}, limit) - current,
+                 gy = column_cost_at(column, {from.x, from.y + std::llround(delta)}, limit) - current;
+    const double g = std::hypot(gx, gy);
+    put_back();
+    if (!std::isfinite(g) || g == 0) return false;
+    if (column_descends(index, -gx / g, -gy / g, shortest, current)) return true;
+    const GridPoint along = columns_->tangent(index);
+    const double tx = double(along.x), ty = double(along.y), t = std::hypot(tx, ty);
+    if (!(t > 0)) return false;
+    const double slope = (gx * tx + gy * ty) / (g * t);
+    if (!(std::fabs(slope) > kLeastSlope)) return false;
+    return column_descends(index, -std::copysign(tx / t, slope), -std::copysign(ty / t, slope), shortest, current);
+  }
+  /// Tries steps in one direction, the longest first.
+  bool column_descends(std::size_t index, double dx, double dy, double shortest, double current) {
+    const ContourColumns::Column& column = (*columns_)[index];
+    const GridPoint from = point(column.vertices.front());
+    const double least = (1 - kLeastGain) * current;
+    double step = std::min(0.3 * shortest, columns_->reach());
+    for (int k = 0; k < kStepSizes; ++k, step *= 0.4) {
+      const GridPoint to{round_to_step(from.x + std::llround(step * dx)), round_to_step(from.y + std::llround(step * dy))};
+      if (to == from || !columns_->in_reach(index, to)) continue;
+      if (column_cost_at(column, to, least) < least && column_stands(index, from, to)) {
+        columns_->moved(index, to);
+        ++stamp_;
+        for (const std::int32_t t : star_) {
+          badness_[std::size_t(t)] = badness(mesh_.tets[std::size_t(t)]);
+          for (const std::int32_t u : mesh_.tets[std::size_t(t)]) changed_[std::size_t(u)] = stamp_;
+        }
+        return true;
+      }
+      put_back();
+    }
+    return false;
+  }
+  /// Is everything in order with the column where it has been placed?
+  [[nodiscard]] bool column_stands(std::size_t index, const GridPoint& from, const GridPoint& to) {
+    return std::all_of(star_.begin(), star_.end(),
+                       [&](std::int32_t t) { return volume(mesh_.tets[std::size_t(t)]) > 0; }) &&
+           columns_->may_move(index, from, to);
+  }
+  std::size_t column_round() {
+    if (!columns_) return 0;
+    std::vector<double> worst(columns_->size(), 0);
+    for (std::size_t t = 0; t < mesh_.tets.size(); ++t)
+      if (alive(std::int32_t(t)) && badness_[t] > floor_)
+        for (const std::int32_t v : mesh_.tets[t])
+          if (columns_->of(v) != kNone) {
+            double& w = worst[std::size_t(columns_->of(v))];
+            w = std::max(w, badness_[t]);
+          }
+    tried_column_.resize(columns_->size(), 0);
+    std::vector<std::pair<int, std::int32_t>> order;
+    for (std::size_t i = 0; i < worst.size(); ++i) {
+      const ContourColumns::Column& column = (*columns_)[i];
+      if (!column.movable || !(worst[i] > 0)) continue;
+      std::uint32_t last = 0;
+      for (const std::int32_t v : column.vertices) last = std::max(last, changed_[std::size_t(v)]);
+      if (last > tried_column_[i]) order.emplace_back(rank(worst[i]), std::int32_t(i));
+    }
+    std::sort(order.begin(), order.end());
+    std::size_t done = 0;
+    for (const auto& [w, i] : order) {
+      poll();
+      if (exhausted()) break;
+      if (smooth_column(std::size_t(i))) ++done;
+      tried_column_[std::size_t(i)] = stamp_;
+    }
+    return done;
+  }
+
   // --- collapses
   // ------------------------------------------------------------------------------------------------------
   [[nodiscard]] std::int32_t resolve(std::int32_t v) const {
@@ -788,8 +931,7 @@ private:
       bool operator<(const Face& o) const { return sorted != o.sorted ? sorted < o.sorted : side < o.side; }
     };
     std::vector<std::vector<Face>> faces_of(stack_.meshes.size());
-    const std::function<void()> to_listener = [this] { report(progress_, Stage::Improve, 1); };
-    Poll listen(to_listener, 1 << 16);
+    Poll listen(to_listener_, 1 << 16);
     for (std::size_t t = 0; t < mesh_.tets.size(); ++t) {
       listen();
       const Tet& tet = mesh_.tets[t];
@@ -811,7 +953,7 @@ private:
       }
     }
     for (std::size_t k = 0; k < faces_of.size(); ++k) {
-      to_listener();
+      to_listener_();
       std::vector<Face>& faces = faces_of[k];
       std::sort(faces.begin(), faces.end());
       PlaneMesh& mesh = stack_.meshes[k];
@@ -832,6 +974,7 @@ private:
   static constexpr double kLeastGain = 3e-3;      ///< share of the cost that a flip or a move has to gain
   static constexpr int kStepSizes = 4;            ///< of a move, each 0.4 of the one before
   static constexpr std::size_t kLongestRing = 9;  ///< edges with more tets around are not taken out
+  static constexpr double kLeastSlope = 0.1;      ///< share of the gradient that a move along a contour has to have
   static constexpr double kCollapseGain = 0.1;    ///< what a collapse has to gain in the sum of R/3r ...
   static constexpr double kGoodRatio = 1.3;       ///< ... above this: that of a column
   static constexpr double kTolerable = 6;         ///< R/3r; a collapse may make a tet worse than the worst up to this
@@ -840,6 +983,7 @@ private:
   Mesh& mesh_;
   const ImproveOptions& options_;
   const Progress& progress_;
+  const std::function<void()> to_listener_ = [this] { report(progress_, Stage::Improve, share_); };
   std::vector<std::int32_t> first_;         // #P + 1, first vertex of each plane
   std::vector<GridPoint> points_;           // #V
   std::vector<std::int32_t> plane_;         // #V
@@ -852,11 +996,12 @@ private:
   std::vector<std::uint32_t> changed_;  // #V, stamp of the last change around
   std::vector<std::int32_t> gone_;      // #V, the vertex it went into
   std::uint32_t stamp_ = 1;
+  std::unique_ptr<ContourColumns> columns_;
   double floor_ = kBad;
   mutable std::int64_t work_ = 0;  // tets rated
   std::int64_t next_poll_ = 0;
   double share_ = 0;  // of the rounds
-  std::vector<std::uint32_t> tried_flip_, tried_smooth_, tried_collapse_;
+  std::vector<std::uint32_t> tried_flip_, tried_smooth_, tried_column_, tried_collapse_;
   Memory tried_edge_, tried_pair_;
   Flip best_;
   bool gainful_ = false;  // the edge that is tried, perhaps
@@ -867,6 +1012,9 @@ private:
   std::vector<Cell> cells_;
   std::array<std::vector<std::pair<std::int32_t, std::int32_t>>, 2> slab_links_;
   std::vector<double> badnesses_;
+  std::vector<std::int32_t> star_;                          // tets around the column in question
+  std::vector<std::pair<std::int32_t, GridPoint>> before_;  // where its vertices and splits were
+  std::vector<double> shares_;                              // of its splits: place on their edge
 };
 
 }  // namespace slice2mesh::detail

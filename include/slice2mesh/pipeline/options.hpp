@@ -107,6 +107,7 @@ struct ImproveOptions {
   double target = 1.5;        ///< R/3r above which tets are flipped and their vertices moved, >= 1
   double collapse_above = 2;  ///< R/3r above which vertices of tets are taken out where that gains, >= 1
   double most_work = 1e8;     ///< number of rated tets after which the rounds end, >= 0
+  bool move_contours = true;  ///< move contour vertices too, within eps; else contours stay as harmonization left them
 };
 
 /// Limits of one run; 0 means no limit.

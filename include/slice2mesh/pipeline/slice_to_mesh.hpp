@@ -218,10 +218,8 @@ SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& o
   HarmonizeOptions harmonize_options;
   harmonize_options.eps = options.eps.in_mm(plan.thickness);
   harmonize_options.contour_size = sizes.contour_size;
-  const Contours contours = harmonize(regions, harmonize_options, result.diagnostics, progress);
+  Contours contours = harmonize(regions, harmonize_options, result.diagnostics, progress);
   slice2mesh::report(progress, Stage::Harmonize, 1);
-  report.separation = measure_separation(contours, progress);
-  note_separation(report.separation, contours.slabs, result.diagnostics);
   clock.done(Stage::Harmonize);
   PlaneStack planes = triangulate_planes(contours, sizes, options.budget, progress);
   clock.done(Stage::Triangulate);
@@ -236,7 +234,9 @@ SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& o
     throw BudgetError(Stage::Tetrahedralize, "the mesh needs more tets than max_tets");
   clock.done(Stage::Tetrahedralize);
   if (traits.facets == FacetKeeping::Exactly)
-    improve(contours, planes, result.plc, result.mesh, options.improve, progress);
+    improve(regions, contours, planes, result.plc, result.mesh, options.improve, progress);
+  report.separation = measure_separation(contours, progress);
+  note_separation(report.separation, contours.slabs, result.diagnostics);
   clock.done(Stage::Improve);
   slice2mesh::report(progress, Stage::Certify, 0);
   if (traits.facets == FacetKeeping::Exactly) {
