@@ -11,6 +11,7 @@
 #include <functional>
 #include <memory>
 #include <numeric>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -25,38 +26,26 @@
 
 namespace slice2mesh::detail {
 
-/// The vertices of the planes that have to move together for walls to stay vertical: a contour vertex of a slab stands
-/// on both of its planes, and where contours of neighboring slabs have it in common, on those of the next slab too.
+/// The vertices of the planes that have to move together for walls to stay vertical. A contour vertex of a slab stands
+/// on both of its planes, and where contours of neighboring slabs have it in common, on those of the next slab too:
+/// these are a column. On one of its planes a column may stand on an edge of another contour, between its ends; and
+/// edges of two contours may cross: then it follows when an end of such an edge moves (a follower), and may move along
+/// that edge by itself. Vertices that split edges keep their share of them.
 ///
-/// Says where a column may go: contours keep their distance from their slices, and in each plane no contour meets
-/// another one that it did not meet before, nor passes over a vertex of it (exact). What lies between contours, the
-/// tets, is for the caller to look at.
+/// Says where all of these go with a column, and whether they may: contours keep their distance from their slices, and
+/// in each plane no contour meets another one that it did not meet before, nor passes over a vertex of it (exact). What
+/// lies between contours, the tets, is for the caller to look at.
 class ContourColumns {
 public:
-  /// A vertex that splits an edge between this column and another one.
-  struct Split {
-    std::int32_t vertex;  ///< of a plane
-    std::int32_t far;     ///< vertex of that plane at the other end of the edge
-    friend bool operator<(const Split& a, const Split& b) {
-      return a.vertex != b.vertex ? a.vertex < b.vertex : a.far < b.far;
-    }
-    friend bool operator==(const Split& a, const Split& b) { return a.vertex == b.vertex && a.far == b.far; }
-  };
-  /// A contour vertex.
-  struct Site {
-    std::int32_t slab;
-    std::int32_t vertex;  ///< of the outline of the slab
-  };
-  struct Column {
-    std::vector<std::int32_t> vertices;  ///< of planes; all in one place
-    std::vector<Split> splits;           ///< sorted
-    std::vector<Site> sites;
-    bool movable = true;
+  /// A vertex of a plane, and a place for it.
+  struct Place {
+    std::int32_t vertex;
+    GridPoint point;
   };
 
   /// Vertices of all planes are counted through, those of plane k from `first[k]` on. `points` (#V) and `gone` (#V: the
   /// vertex that a vertex was merged into, or kNone) are looked at whenever a question is asked. `slices` (#S) are the
-  /// regions that the contours were made from; `contours` and `stack` have to outlive this.
+  /// regions that the contours were made from; `slices`, `stack`, `first` and `poll` have to outlive this.
   ContourColumns(const Contours& contours, const std::vector<Outline>& slices, const PlaneStack& stack,
                  const std::vector<std::int32_t>& first, const std::vector<GridPoint>& points,
                  const std::vector<std::int32_t>& gone, const std::function<void()>& poll)
@@ -64,54 +53,117 @@ public:
         eps_(contours.tolerance / contours.grid.pitch), outlines_(contours.outlines),
         touched_(contours.slabs.size(), 0), slab_(contours.slabs.size()) {
     std::vector<std::array<std::int32_t, 2>> planes;
-    const auto slabs = plane_slabs(contours.slabs, planes);
-    slabs_of_.assign(slabs.begin(), slabs.end());
+    slabs_of_ = plane_slabs(contours.slabs, planes);
     for (std::size_t s = 0; s < slab_.size(); ++s)
       slab_[s].most = std::max(kDeviationShare * eps_, contours.deviation[s] / contours.grid.pitch);
     find_columns();
+    find_groups();
+    old_.assign(points_.size(), {});
+    stamp_of_.assign(points_.size(), 0);
   }
 
   [[nodiscard]] std::size_t size() const { return columns_.size(); }
-  [[nodiscard]] const Column& operator[](std::size_t i) const { return columns_[i]; }
+  [[nodiscard]] bool movable(std::size_t i) const { return !columns_[i].group.empty(); }
   /// The column that a vertex of a plane belongs to, or kNone.
   [[nodiscard]] std::int32_t of(std::int32_t v) const { return column_of_[std::size_t(v)]; }
+  /// Vertices of a column, all in one place.
+  [[nodiscard]] const std::vector<std::int32_t>& vertices(std::size_t i) const { return columns_[i].vertices; }
+  [[nodiscard]] const GridPoint& place(std::size_t i) const { return point(columns_[i].vertices.front()); }
   /// How far columns may go from where they were at first, pitches.
   [[nodiscard]] double reach() const { return kReachShare * eps_; }
-  [[nodiscard]] bool in_reach(std::size_t i, const GridPoint& p) const {
-    return distance(home_[i], p) <= reach() - 1;
-  }
-  /// Direction of the contour at a column, from one neighbor to the other: for moves along it.
-  [[nodiscard]] GridPoint tangent(std::size_t i) {
-    const Site& site = columns_[i].sites.front();
-    data(std::size_t(site.slab));
-    const Outline& outline = outlines_[std::size_t(site.slab)];
-    GridPoint ends[2] = {{0, 0}, {0, 0}};
-    std::size_t n = 0;
-    for_each_edge(site, [&](std::size_t, std::int32_t far) {
-      if (n < 2) ends[n] = outline.vertices[std::size_t(far)];
-      ++n;
-    });
-    return n == 2 ? GridPoint{ends[1].x - ends[0].x, ends[1].y - ends[0].y} : GridPoint{0, 0};
-  }
 
-  /// May the column go from `from` to `to`? Precondition: `points` has it, and the splits of its edges, there.
-  [[nodiscard]] bool may_move(std::size_t i, const GridPoint& from, const GridPoint& to) {
+  /// The direction in which a column that stands on an edge can move, or of the contour at a column that is no corner
+  /// of more than two edges, from one neighbor to the other; (0, 0): neither.
+  [[nodiscard]] GridPoint along(std::size_t i) {
     const Column& column = columns_[i];
-    for (const Site& site : column.sites)
-      if (!way_is_clear(i, site, from, to)) return false;
-    for (const Site& site : column.sites)
-      if (!stays_near_slice(site, from, to)) return false;
-    return true;
+    GridPoint ends[2] = {{0, 0}, {0, 0}};
+    if (!column.lines.empty()) {
+      for (std::size_t k = 0; k < 2; ++k) ends[k] = place(std::size_t(column.lines.front()[k]));
+    } else {
+      std::size_t n = 0;
+      for_each_edge(column.sites.front(), [&](std::size_t, std::int32_t far) {
+        if (n < 2) ends[n] = site_point(column.sites.front().slab, far);
+        ++n;
+      });
+      if (n != 2) return {0, 0};
+    }
+    return {ends[1].x - ends[0].x, ends[1].y - ends[0].y};
   }
-  /// The column was moved.
-  void moved(std::size_t i, const GridPoint& to) {
-    for (const Site& site : columns_[i].sites) {
-      outlines_[std::size_t(site.slab)].vertices[std::size_t(site.vertex)] = to;
-      touched_[std::size_t(site.slab)] = 1;
+  /// Does the column stand on an edge, so that it moves along that or not at all?
+  [[nodiscard]] bool on_edge(std::size_t i) const { return !columns_[i].lines.empty(); }
+
+  /// Begins questions about moves of a movable column: `before` gets all that moves with it and where that is now.
+  void take(std::size_t i, std::vector<Place>& before) {
+    taken_ = i;
+    before.clear();
+    splits_.clear();
+    ++stamp_;
+    const auto add = [&](std::int32_t v) {
+      if (stamp_of_[std::size_t(v)] == stamp_) return false;
+      stamp_of_[std::size_t(v)] = stamp_;
+      old_[std::size_t(v)] = point(v);
+      before.push_back({v, point(v)});
+      return true;
+    };
+    for (const std::int32_t c : columns_[i].group)
+      for (const std::int32_t v : columns_[std::size_t(c)].vertices) add(v);
+    for (const std::int32_t c : columns_[i].group)
+      for (const Split& split : columns_[std::size_t(c)].splits) {
+        if (gone_[std::size_t(split.vertex)] != kNone || !add(split.vertex)) continue;
+        const GridPoint &a = point(split.from), &b = point(split.to);
+        splits_.push_back({split, double(dot(a, b, point(split.vertex))) / double(squared_distance(a, b))});
+      }
+    // Shares of followers of their lines.
+    shares_.clear();
+    for (const std::int32_t c : columns_[i].group) {
+      const Column& column = columns_[std::size_t(c)];
+      double share = 0;
+      if (column.lines.size() == 1) {
+        const GridPoint &a = place(std::size_t(column.lines[0][0])), &b = place(std::size_t(column.lines[0][1]));
+        share = double(dot(a, b, place(std::size_t(c)))) / double(squared_distance(a, b));
+      }
+      shares_.push_back(share);
     }
   }
+  /// Where all goes when the column that was taken goes to `to`, or on its edge as near to `to` as may be; in the order
+  /// of `before`. False if that is nowhere.
+  [[nodiscard]] bool places(const GridPoint& to, std::vector<Place>& after) {
+    after.clear();
+    targets_.clear();
+    const std::vector<std::int32_t>& group = columns_[taken_].group;
+    for (std::size_t k = 0; k < group.size(); ++k) {
+      const auto c = std::size_t(group[k]);
+      GridPoint target = to;
+      if (k > 0 || on_edge(c)) {
+        if (!follow(k, to, target)) return false;
+      } else {
+        target = {round_to_step(to.x), round_to_step(to.y)};
+      }
+      if (distance(home_[c], target) > reach() - 1) return false;
+      targets_.push_back(target);
+      for (const std::int32_t v : columns_[c].vertices) after.push_back({v, target});
+    }
+    if (targets_.front() == place(taken_)) return false;
+    for (const auto& [split, share] : splits_) {
+      const GridPoint a = target_of(split.from), b = target_of(split.to);
+      after.push_back({split.vertex, {a.x + std::llround(share * double(b.x - a.x)),
+                                      a.y + std::llround(share * double(b.y - a.y))}});
+    }
+    return true;
+  }
+  /// May the column that was taken go to the last places given? Precondition: `points` has all of it there.
+  [[nodiscard]] bool may_move() { return stays_near_slices() && way_is_clear(); }
+  /// It was moved there.
+  void moved() {
+    const std::vector<std::int32_t>& group = columns_[taken_].group;
+    for (std::size_t k = 0; k < group.size(); ++k)
+      for (const Site& site : columns_[std::size_t(group[k])].sites) {
+        outlines_[std::size_t(site.slab)].vertices[std::size_t(site.vertex)] = targets_[k];
+        touched_[std::size_t(site.slab)] = 1;
+      }
+  }
 
-  /// Contours with the columns where they are now.
+  /// #S, contours with the columns where they are now.
   [[nodiscard]] const std::vector<Outline>& outlines() const { return outlines_; }
   /// #S: 1 where a contour vertex was moved.
   [[nodiscard]] const std::vector<char>& touched() const { return touched_; }
@@ -119,12 +171,43 @@ public:
 private:
   using Segment = std::pair<GridPoint, GridPoint>;
 
+  /// A contour vertex.
+  struct Site {
+    std::int32_t slab;
+    std::int32_t vertex;  // of the outline of the slab
+  };
+  /// An edge of a contour on the bottom (0) or the top (1) plane of its slab.
+  struct Chain {
+    std::int32_t slab, edge, top;
+    friend bool operator<(const Chain& a, const Chain& b) {
+      return std::tie(a.slab, a.top, a.edge) < std::tie(b.slab, b.top, b.edge);
+    }
+    friend bool operator==(const Chain& a, const Chain& b) {
+      return a.slab == b.slab && a.edge == b.edge && a.top == b.top;
+    }
+  };
+  /// A vertex between two vertices of columns, on an edge.
+  struct Split {
+    std::int32_t vertex, from, to;
+  };
+  struct Column {
+    std::vector<std::int32_t> vertices;               // of planes
+    std::vector<Split> splits;                        // on its edges, next to it
+    std::vector<Site> sites;                          // none: a crossing
+    std::vector<Chain> through;                       // edges that it stands on, not at their ends
+    std::vector<std::array<std::int32_t, 2>> lines;   // columns at the ends of those
+    std::vector<std::int32_t> followers;              // columns on edges that end here
+    std::vector<std::int32_t> group;                  // it and all that follow, ends before what stands between them
+    bool sound = true;
+  };
   /// What is needed of a slab where something moves; made when that is asked for the first time.
   struct SlabData {
-    double most = 0;  // pitches: deviation that parts of the slice may keep
+    double most = 0;                      // pitches: deviation that parts of the slice may keep
     std::unique_ptr<SegmentIndex> start;  // edges of the contour where they were at first
     std::unique_ptr<SliceNearness> slice;
     std::vector<std::int32_t> first_edge, edges;  // #V + 1 offsets; edges by vertex
+    std::vector<std::uint32_t> found;             // #E: by which search
+    std::uint32_t search = 0;                     // the last one
   };
 
   [[nodiscard]] std::int32_t resolve(std::int32_t v) const {
@@ -132,25 +215,47 @@ private:
     return v;
   }
   [[nodiscard]] const GridPoint& point(std::int32_t v) const { return points_[std::size_t(v)]; }
-  /// The vertices of an edge of a slab's contour on its bottom (0) or top (1) plane.
-  [[nodiscard]] const std::vector<std::int32_t>& local_chain(std::size_t slab, std::size_t edge, std::size_t top) const {
-    const PlaneMesh& mesh = stack_.meshes[plane_of(slab, top)];
-    return (top != 0 ? mesh.below_chain : mesh.above_chain)[edge];
+  [[nodiscard]] const GridPoint& site_point(std::int32_t slab, std::int32_t v) const {
+    return outlines_[std::size_t(slab)].vertices[std::size_t(v)];
   }
-  [[nodiscard]] std::size_t plane_of(std::size_t slab, std::size_t top) const {
-    return std::size_t(stack_.slab_planes[slab][top]);
+  [[nodiscard]] bool moves(std::int32_t v) const { return stamp_of_[std::size_t(v)] == stamp_; }
+  /// Where a vertex was when the column was taken.
+  [[nodiscard]] const GridPoint& old_point(std::int32_t v) const { return moves(v) ? old_[std::size_t(v)] : point(v); }
+  [[nodiscard]] std::size_t plane_of(std::int32_t slab, std::int32_t top) const {
+    return std::size_t(stack_.slab_planes[std::size_t(slab)][std::size_t(top)]);
   }
-  /// The same with the vertices that are left.
-  void chain(std::size_t slab, std::size_t edge, std::size_t top, std::vector<std::int32_t>& result) const {
+  /// The vertices of an edge, in the numbers of their plane.
+  [[nodiscard]] const std::vector<std::int32_t>& local_chain(const Chain& c) const {
+    const PlaneMesh& mesh = stack_.meshes[plane_of(c.slab, c.top)];
+    return (c.top != 0 ? mesh.below_chain : mesh.above_chain)[std::size_t(c.edge)];
+  }
+  /// Those that are left, in the numbers of all planes.
+  void vertices_of(const Chain& c, std::vector<std::int32_t>& result) const {
     result.clear();
-    const std::int32_t first = first_[plane_of(slab, top)];
-    for (const std::int32_t v : local_chain(slab, edge, top)) {
+    const std::int32_t first = first_[plane_of(c.slab, c.top)];
+    for (const std::int32_t v : local_chain(c)) {
       const std::int32_t now = resolve(first + v);
       if (result.empty() || result.back() != now) result.push_back(now);
     }
   }
 
+  // --- what belongs together
+
+  template <class F>
+  void for_each_chain(F&& f) {
+    std::vector<std::int32_t> chain;
+    for (std::size_t s = 0; s < outlines_.size(); ++s)
+      for (std::size_t e = 0; e < outlines_[s].edges.size(); ++e)
+        for (std::int32_t top = 0; top < 2; ++top) {
+          listen_();
+          const Chain c{std::int32_t(s), std::int32_t(e), top};
+          vertices_of(c, chain);
+          f(c, chain);
+        }
+  }
   void find_columns() {
+    enum : char { kEnd = 1, kInterior = 2, kTwice = 4 };
+    std::vector<char> role(points_.size(), 0);
     std::vector<std::int32_t> parent(points_.size());
     std::iota(parent.begin(), parent.end(), 0);
     const auto root = [&](std::int32_t v) {
@@ -160,95 +265,180 @@ private:
       }
       return v;
     };
-    enum : char { kEnd = 1, kInterior = 2, kTwice = 4 };
-    std::vector<char> role(points_.size(), 0);
-    std::vector<std::array<std::int32_t, 2>> between(points_.size(), {kNone, kNone});
-    const auto for_each_chain = [&](auto&& f) {
-      std::vector<std::int32_t> all[2];
-      for (std::size_t s = 0; s < outlines_.size(); ++s)
-        for (std::size_t e = 0; e < outlines_[s].edges.size(); ++e) {
-          for (std::size_t top = 0; top < 2; ++top) {
-            listen_(2);
-            const std::int32_t first = first_[plane_of(s, top)];
-            all[top].clear();
-            for (const std::int32_t v : local_chain(s, e, top)) all[top].push_back(first + v);
-          }
-          f(s, e, all[0], all[1]);
+    {
+      std::vector<std::array<std::int32_t, 2>> between(points_.size(), {kNone, kNone});
+      std::array<std::int32_t, 2> bottom{kNone, kNone};
+      for_each_chain([&](const Chain& c, const auto& chain) {
+        const std::array<std::int32_t, 2> ends{chain.front(), chain.back()};
+        for (std::size_t k = 0; k < 2; ++k) {
+          role[std::size_t(ends[k])] |= kEnd;
+          if (c.top != 0) parent[std::size_t(root(bottom[k]))] = root(ends[k]);
         }
-    };
-    for_each_chain([&](std::size_t, std::size_t, const auto& bottom, const auto& top) {
-      parent[std::size_t(root(bottom.front()))] = root(top.front());
-      parent[std::size_t(root(bottom.back()))] = root(top.back());
-      for (const auto* c : {&bottom, &top}) {
-        role[std::size_t(c->front())] |= kEnd;
-        role[std::size_t(c->back())] |= kEnd;
-        for (std::size_t i = 1; i + 1 < c->size(); ++i) {
-          const auto v = std::size_t((*c)[i]);
-          const std::array<std::int32_t, 2> ends{std::min((*c)[i - 1], (*c)[i + 1]), std::max((*c)[i - 1], (*c)[i + 1])};
-          if ((role[v] & kInterior) != 0 && between[v] != ends) role[v] |= kTwice;
+        bottom = ends;
+        for (std::size_t i = 1; i + 1 < chain.size(); ++i) {
+          const auto v = std::size_t(chain[i]);
+          const std::array<std::int32_t, 2> next{std::min(chain[i - 1], chain[i + 1]),
+                                                 std::max(chain[i - 1], chain[i + 1])};
+          if ((role[v] & kInterior) != 0 && between[v] != next) role[v] |= kTwice;
           role[v] |= kInterior;
-          between[v] = ends;
+          between[v] = next;
         }
-      }
-    });
+      });
+    }
     column_of_.assign(points_.size(), kNone);
     for (std::size_t v = 0; v < points_.size(); ++v) {
-      if ((role[v] & kEnd) == 0) continue;
+      if ((role[v] & (kEnd | kTwice)) == 0) continue;  // a split, or in the interior
       const std::int32_t r = root(std::int32_t(v));
-      std::int32_t& column = column_of_[std::size_t(r)];
+      std::int32_t column = column_of_[std::size_t(r)];
       if (column == kNone) {
         column = std::int32_t(columns_.size());
         columns_.emplace_back();
         home_.push_back(points_[v]);
+        column_of_[std::size_t(r)] = column;
       }
       column_of_[v] = column;
       Column& c = columns_[std::size_t(column)];
       c.vertices.push_back(std::int32_t(v));
-      // It lies on an edge of another contour, which would have to bend.
-      if ((role[v] & kInterior) != 0 || points_[v] != home_[std::size_t(column)]) c.movable = false;
+      if (points_[v] != home_[std::size_t(column)]) c.sound = false;
     }
     std::vector<std::vector<char>> seen(outlines_.size());
     for (std::size_t s = 0; s < outlines_.size(); ++s) seen[s].assign(outlines_[s].vertices.size(), 0);
-    for_each_chain([&](std::size_t s, std::size_t e, const auto& bottom, const auto& top) {
-      const Outline::Edge& edge = outlines_[s].edges[e];
-      const std::int32_t a = of(bottom.front()), b = of(bottom.back());
-      for (const bool front : {true, false}) {
-        Column& column = columns_[std::size_t(front ? a : b)];
-        const std::int32_t site = front ? edge.a : edge.b;
-        if (!std::exchange(seen[s][std::size_t(site)], 1)) column.sites.push_back({std::int32_t(s), site});
-        if (a == b) column.movable = false;
-        for (const auto* c : {&bottom, &top})
-          for (std::size_t i = 1; i + 1 < c->size(); ++i) {
-            const std::int32_t v = (*c)[i];
-            // A vertex of another contour, or a crossing with it: it has to stay on that one too.
-            if ((role[std::size_t(v)] & (kEnd | kTwice)) != 0) column.movable = false;
-            column.splits.push_back({v, front ? c->back() : c->front()});
-          }
+    std::vector<std::size_t> stations;
+    for_each_chain([&](const Chain& c, const auto& chain) {
+      const Outline::Edge& edge = outlines_[std::size_t(c.slab)].edges[std::size_t(c.edge)];
+      const std::int32_t a = of(chain.front()), b = of(chain.back());
+      for (const auto& [column, v] : {std::pair{a, edge.a}, std::pair{b, edge.b}}) {
+        if (!std::exchange(seen[std::size_t(c.slab)][std::size_t(v)], 1))
+          columns_[std::size_t(column)].sites.push_back({c.slab, v});
+        if (a == b) columns_[std::size_t(column)].sound = false;
+      }
+      const std::array<std::int32_t, 2> line{std::min(a, b), std::max(a, b)};
+      stations.clear();
+      for (std::size_t i = 0; i < chain.size(); ++i)
+        if (of(chain[i]) != kNone) stations.push_back(i);
+      for (std::size_t k = 0; k < stations.size(); ++k) {
+        Column& column = columns_[std::size_t(of(chain[stations[k]]))];
+        if (k > 0)
+          for (std::size_t i = stations[k - 1] + 1; i < stations[k]; ++i)
+            column.splits.push_back({chain[i], chain[stations[k]], chain[stations[k - 1]]});
+        if (k + 1 < stations.size())
+          for (std::size_t i = stations[k] + 1; i < stations[k + 1]; ++i)
+            column.splits.push_back({chain[i], chain[stations[k]], chain[stations[k + 1]]});
+        if (k == 0 || k + 1 == stations.size()) continue;
+        column.through.push_back(c);
+        if (std::find(column.lines.begin(), column.lines.end(), line) == column.lines.end())
+          column.lines.push_back(line);
       }
     });
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      Column& c = columns_[i];
+      std::sort(c.splits.begin(), c.splits.end(), [](const Split& a, const Split& b) {
+        return std::tie(a.vertex, a.from, a.to) < std::tie(b.vertex, b.from, b.to);
+      });
+      c.splits.erase(std::unique(c.splits.begin(), c.splits.end(),
+                                 [](const Split& a, const Split& b) { return a.vertex == b.vertex; }),
+                     c.splits.end());
+      // A vertex on one edge follows that; a crossing is the point that two edges have in common.
+      if (c.lines.size() != (c.sites.empty() ? 2 : c.lines.empty() ? 0 : 1)) c.sound = false;
+      for (const auto& line : c.lines)
+        for (const std::int32_t end : line) columns_[std::size_t(end)].followers.push_back(std::int32_t(i));
+    }
     for (Column& c : columns_) {
-      std::sort(c.splits.begin(), c.splits.end());
-      c.splits.erase(std::unique(c.splits.begin(), c.splits.end()), c.splits.end());
-      // A split between two different pairs of columns.
-      for (std::size_t i = 1; i < c.splits.size(); ++i)
-        if (c.splits[i].vertex == c.splits[i - 1].vertex) c.movable = false;
+      std::sort(c.followers.begin(), c.followers.end());
+      c.followers.erase(std::unique(c.followers.begin(), c.followers.end()), c.followers.end());
+    }
+  }
+  /// Columns that follow a column, and those that follow them, ordered. Where there are too many, or one that cannot
+  /// follow, the column stays.
+  void find_groups() {
+    std::vector<std::int32_t> set;
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      listen_();
+      if (columns_[i].sites.empty() || !columns_[i].sound) continue;  // crossings do not move by themselves
+      set.assign(1, std::int32_t(i));
+      bool sound = true;
+      for (std::size_t k = 0; sound && k < set.size(); ++k)
+        for (const std::int32_t f : columns_[std::size_t(set[k])].followers) {
+          if (std::find(set.begin(), set.end(), f) != set.end()) continue;
+          set.push_back(f);
+          sound = sound && columns_[std::size_t(f)].sound && set.size() <= kLargestGroup;
+        }
+      if (!sound) continue;
+      std::vector<std::int32_t> group{std::int32_t(i)};
+      const auto in = [](const std::vector<std::int32_t>& list, std::int32_t c) {
+        return std::find(list.begin(), list.end(), c) != list.end();
+      };
+      // The ends of its own edge stay where they are.
+      bool more = std::none_of(columns_[i].lines.begin(), columns_[i].lines.end(),
+                               [&](const auto& line) { return in(set, line[0]) || in(set, line[1]); });
+      if (!more) continue;
+      while (more) {
+        more = false;
+        for (const std::int32_t c : set) {
+          if (in(group, c)) continue;
+          const auto& lines = columns_[std::size_t(c)].lines;
+          const bool ready = std::all_of(lines.begin(), lines.end(), [&](const auto& line) {
+            return std::all_of(line.begin(), line.end(),
+                               [&](std::int32_t end) { return !in(set, end) || in(group, end); });
+          });
+          if (!ready) continue;
+          group.push_back(c);
+          more = true;
+        }
+      }
+      if (group.size() == set.size()) columns_[i].group = std::move(group);
     }
   }
 
-  /// The slab's data for questions about moves.
-  SlabData& data(std::size_t s) {
-    SlabData& d = slab_[s];
+  // --- where it all goes
+
+  [[nodiscard]] GridPoint target_of(std::int32_t v) const { return target_of_column(std::size_t(of(v))); }
+  [[nodiscard]] GridPoint target_of_column(std::size_t c) const {
+    const std::vector<std::int32_t>& group = columns_[taken_].group;
+    for (std::size_t k = 0; k < targets_.size(); ++k)
+      if (std::size_t(group[k]) == c) return targets_[k];
+    return stamp_of_[std::size_t(columns_[c].vertices.front())] == stamp_
+               ? old_[std::size_t(columns_[c].vertices.front())]
+               : place(c);
+  }
+  /// Where a member of the group goes that stands on an edge or is a crossing. `to`: where the first one is to go.
+  [[nodiscard]] bool follow(std::size_t k, const GridPoint& to, GridPoint& target) const {
+    const Column& column = columns_[std::size_t(columns_[taken_].group[k])];
+    const GridPoint a = target_of_column(std::size_t(column.lines[0][0])),
+                    b = target_of_column(std::size_t(column.lines[0][1]));
+    if (a == b) return false;
+    if (column.lines.size() == 1) {
+      const double share = k > 0 ? shares_[k] : double(dot(a, b, to)) / double(squared_distance(a, b));
+      if (!(share > 0) || !(share < 1)) return false;
+      target = {round_to_step(a.x + std::llround(share * double(b.x - a.x))),
+                round_to_step(a.y + std::llround(share * double(b.y - a.y)))};
+      return true;
+    }
+    const GridPoint c = target_of_column(std::size_t(column.lines[1][0])),
+                    d = target_of_column(std::size_t(column.lines[1][1]));
+    const double whole = double(cross(c, d, a)) - double(cross(c, d, b));
+    const double share = double(cross(c, d, a)) / whole;
+    if (whole == 0 || !(share > 0) || !(share < 1)) return false;
+    target = {a.x + std::llround(share * double(b.x - a.x)), a.y + std::llround(share * double(b.y - a.y))};
+    return true;
+  }
+
+  // --- whether it may
+
+  SlabData& data(std::int32_t s) {
+    SlabData& d = slab_[std::size_t(s)];
     if (d.start) return d;
-    const Outline& outline = outlines_[s];
+    const Outline& outline = outlines_[std::size_t(s)];
     std::vector<Segment> segments;
     segments.reserve(outline.edges.size());
-    const auto home = [&](std::size_t e, bool front) {
-      const auto& c = local_chain(s, e, 0);
-      return home_[std::size_t(of(first_[plane_of(s, 0)] + (front ? c.front() : c.back())))];
-    };
-    for (std::size_t e = 0; e < outline.edges.size(); ++e) segments.emplace_back(home(e, true), home(e, false));
+    for (std::size_t e = 0; e < outline.edges.size(); ++e) {
+      const auto& c = local_chain({s, std::int32_t(e), 0});
+      const std::int32_t first = first_[plane_of(s, 0)];
+      segments.emplace_back(home_[std::size_t(of(first + c.front()))], home_[std::size_t(of(first + c.back()))]);
+    }
     d.start = std::make_unique<SegmentIndex>(std::move(segments));
-    d.slice = std::make_unique<SliceNearness>(slices_[s]);
+    d.slice = std::make_unique<SliceNearness>(slices_[std::size_t(s)]);
+    d.found.assign(outline.edges.size(), 0);
     d.first_edge.assign(outline.vertices.size() + 1, 0);
     for (const Outline::Edge& e : outline.edges) {
       ++d.first_edge[std::size_t(e.a) + 1];
@@ -262,10 +452,10 @@ private:
         d.edges[std::size_t(next[std::size_t(v)]++)] = std::int32_t(e);
     return d;
   }
-  /// Calls f(edge, vertex at its other end) for the edges at a contour vertex. Needs `data`.
+  /// Calls f(edge, vertex at its other end) for the edges at a contour vertex.
   template <class F>
-  void for_each_edge(const Site& site, F&& f) const {
-    const SlabData& d = slab_[std::size_t(site.slab)];
+  void for_each_edge(const Site& site, F&& f) {
+    const SlabData& d = data(site.slab);
     const Outline& outline = outlines_[std::size_t(site.slab)];
     for (std::int32_t k = d.first_edge[std::size_t(site.vertex)]; k < d.first_edge[std::size_t(site.vertex) + 1]; ++k) {
       const auto e = std::size_t(d.edges[std::size_t(k)]);
@@ -285,104 +475,193 @@ private:
     }
     return !segments_meet(point(a), point(b), point(c), point(d));
   }
-
-  /// Does nothing get in the way of the edges at a contour vertex, on both planes of its slab?
-  [[nodiscard]] bool way_is_clear(std::size_t column, const Site& site, const GridPoint& from, const GridPoint& to) {
-    const auto s = std::size_t(site.slab);
-    data(s);
-    bool clear = true;
-    for_each_edge(site, [&](std::size_t e, std::int32_t far) {
-      for (std::size_t top = 0; clear && top < 2; ++top) clear = edge_is_clear(column, s, e, far, top, from, to);
-    });
-    return clear;
+  [[nodiscard]] static bool in_triangle(const GridPoint& p, const GridPoint& a, const GridPoint& b,
+                                        const GridPoint& c) {
+    const int turn = orientation(a, b, c);
+    if (turn == 0) return segments_meet(p, p, a, b) || segments_meet(p, p, b, c) || segments_meet(p, p, c, a);
+    return orientation(a, b, p) * turn >= 0 && orientation(b, c, p) * turn >= 0 && orientation(c, a, p) * turn >= 0;
   }
-  [[nodiscard]] bool edge_is_clear(std::size_t column, std::size_t s, std::size_t e, std::int32_t far, std::size_t top,
-                                   const GridPoint& from, const GridPoint& to) {
-    const GridPoint end = outlines_[s].vertices[std::size_t(far)];
-    const std::size_t plane = plane_of(s, top);
-    chain(s, e, top, own_);
-    const std::int32_t end_vertex = of(own_.front()) == std::int32_t(column) ? own_.back() : own_.front();
-    const double clearance = kClearShare * eps_;
-    const auto pad = std::int64_t(std::ceil(distance(from, to) + reach() + clearance)) + 1;
-    const int turn = orientation(from, to, end);
-    const auto swept = [&](const GridPoint& y) {
-      const int a = orientation(from, to, y), b = orientation(to, end, y), c = orientation(end, from, y);
-      if (turn != 0) return a * turn >= 0 && b * turn >= 0 && c * turn >= 0;
-      // The way lies on the line of the edge.
-      return c == 0 && a == 0 && y.x >= std::min({from.x, to.x, end.x}) && y.x <= std::max({from.x, to.x, end.x}) &&
-             y.y >= std::min({from.y, to.y, end.y}) && y.y <= std::max({from.y, to.y, end.y});
-    };
-    const auto gets_close = [&](double before, double now) { return now < clearance && now < before; };
-    for (const std::int32_t t : {slabs_of_[plane].first, slabs_of_[plane].second}) {
-      if (t == kNone) continue;
-      const std::size_t other_top = t == slabs_of_[plane].first ? 1 : 0;
-      const SlabData& other = data(std::size_t(t));
-      const Outline& outline = outlines_[std::size_t(t)];
-      const bool blocked = other.start->any_near(from, end, pad, [&](std::size_t f) {
+  /// Does the way of a vertex y meet what the piece uw sweeps over (the convex hull of its old and its new place)?
+  [[nodiscard]] bool is_swept(std::int32_t y, std::int32_t u, std::int32_t w) const {
+    const GridPoint corners[4] = {old_point(u), point(u), old_point(w), point(w)};
+    const GridPoint &from = old_point(y), &to = point(y);
+    if (std::max(from.x, to.x) < std::min({corners[0].x, corners[1].x, corners[2].x, corners[3].x})) return false;
+    if (std::min(from.x, to.x) > std::max({corners[0].x, corners[1].x, corners[2].x, corners[3].x})) return false;
+    if (std::max(from.y, to.y) < std::min({corners[0].y, corners[1].y, corners[2].y, corners[3].y})) return false;
+    if (std::min(from.y, to.y) > std::max({corners[0].y, corners[1].y, corners[2].y, corners[3].y})) return false;
+    for (std::size_t i = 0; i < 4; ++i) {
+      if (in_triangle(from, corners[(i + 1) % 4], corners[(i + 2) % 4], corners[(i + 3) % 4])) return true;
+      for (std::size_t k = i + 1; k < 4; ++k)
+        if (segments_meet(from, to, corners[i], corners[k])) return true;
+    }
+    return false;
+  }
+
+  /// The edges that change in their planes.
+  void find_changing() {
+    changing_.clear();
+    for (const std::int32_t c : columns_[taken_].group) {
+      const Column& column = columns_[std::size_t(c)];
+      for (const Site& site : column.sites)
+        for_each_edge(site, [&](std::size_t e, std::int32_t) {
+          for (const std::int32_t top : {0, 1}) changing_.push_back({site.slab, std::int32_t(e), top});
+        });
+      changing_.insert(changing_.end(), column.through.begin(), column.through.end());
+    }
+    std::sort(changing_.begin(), changing_.end());
+    changing_.erase(std::unique(changing_.begin(), changing_.end()), changing_.end());
+  }
+  /// Does nothing get in the way of anything that moves, on any plane?
+  [[nodiscard]] bool way_is_clear() {
+    find_changing();
+    return std::all_of(changing_.begin(), changing_.end(), [&](const Chain& c) { return chain_is_clear(c); });
+  }
+  [[nodiscard]] bool chain_is_clear(const Chain& own) {
+    const std::size_t plane = plane_of(own.slab, own.top);
+    vertices_of(own, own_);
+    GridPoint low = point(own_.front()), high = low;
+    double way = 0;
+    for (const std::int32_t v : own_) {
+      if (moves(v)) way = std::max(way, distance(old_point(v), point(v)));
+      for (const GridPoint& p : {old_point(v), point(v)}) {
+        low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+        high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+      }
+    }
+    // What is outside of this box neither comes near nor is in the way; chains are beside their edges.
+    const auto margin = std::int64_t(std::ceil(kClearShare * eps_ + kBeside)) + 1;
+    low = {low.x - margin, low.y - margin};
+    high = {high.x + margin, high.y + margin};
+    const auto pad = std::int64_t(std::ceil(way + reach())) + margin;
+    const GridPoint from = point(own_.front()), to = point(own_.back());
+    for (const std::int32_t top : {1, 0}) {
+      const std::int32_t slab = top != 0 ? slabs_of_[plane].first : slabs_of_[plane].second;
+      if (slab == kNone) continue;
+      SlabData& other = data(slab);
+      const Outline& outline = outlines_[std::size_t(slab)];
+      ++other.search;
+      const bool blocked = other.start->any_near(from, to, pad, [&](std::size_t f) {
         listen_();
-        if (std::size_t(t) == s && f == e) return false;
-        chain(std::size_t(t), f, other_top, other_);
-        const bool at_front = of(other_.front()) == std::int32_t(column);
-        const bool adjacent = at_front || of(other_.back()) == std::int32_t(column);
-        const GridPoint u = outline.vertices[std::size_t(outline.edges[f].a)],
-                        w = outline.vertices[std::size_t(outline.edges[f].b)];
-        if (adjacent) {
-          // Two edges at the column: the angle between them, as distances of their other ends.
-          const GridPoint x = at_front ? w : u;
-          if (x != end && (gets_close(segment_distance(x, from, end), segment_distance(x, to, end)) ||
-                           gets_close(segment_distance(end, from, x), segment_distance(end, to, x))))
-            return true;
-        } else {
-          if (gets_close(segment_distance(from, u, w), segment_distance(to, u, w))) return true;
-          for (const GridPoint& y : {u, w})
-            if (y != end && gets_close(segment_distance(y, from, end), segment_distance(y, to, end))) return true;
-          for (const std::int32_t y : other_)
-            if (y != end_vertex && swept(point(y))) return true;
-          for (std::size_t k = 1; k < other_.size(); ++k)
-            if (segments_meet(from, to, point(other_[k - 1]), point(other_[k]))) return true;
-        }
-        for (std::size_t i = 1; i < own_.size(); ++i)
-          for (std::size_t k = 1; k < other_.size(); ++k)
-            if (!pieces_agree(own_[i - 1], own_[i], other_[k - 1], other_[k])) return true;
-        return false;
+        if (other.found[f] == other.search) return false;
+        other.found[f] = other.search;
+        const Chain c{slab, std::int32_t(f), top};
+        if (c == own) return false;
+        const GridPoint &u = outline.vertices[std::size_t(outline.edges[f].a)],
+                        &w = outline.vertices[std::size_t(outline.edges[f].b)];  // before the move
+        if (std::max(u.x, w.x) + way < low.x || std::min(u.x, w.x) - way > high.x) return false;
+        if (std::max(u.y, w.y) + way < low.y || std::min(u.y, w.y) - way > high.y) return false;
+        vertices_of(c, other_);
+        return chains_collide() || chains_get_close();
       });
       if (blocked) return false;
     }
     return true;
   }
+  /// Does a piece of `own_` that moves meet a piece of `other_`, or one of them pass over a vertex of the other? Exact.
+  [[nodiscard]] bool chains_collide() const {
+    for (std::size_t i = 1; i < own_.size(); ++i) {
+      const std::int32_t u = own_[i - 1], w = own_[i];
+      if (!moves(u) && !moves(w)) continue;
+      for (std::size_t k = 0; k < other_.size(); ++k) {
+        const std::int32_t y = other_[k];
+        if (y != u && y != w && is_swept(y, u, w)) return true;
+        if (k == 0) continue;
+        const std::int32_t x = other_[k - 1];
+        if (!pieces_agree(u, w, x, y)) return true;
+        for (const std::int32_t v : {u, w})
+          if (moves(v) && v != x && v != y && is_swept(v, x, y)) return true;
+      }
+    }
+    return false;
+  }
+  /// Does a column of one of them get too near to an edge of the other?
+  [[nodiscard]] bool chains_get_close() const {
+    return gets_close(own_, other_) || gets_close(other_, own_);
+  }
+  [[nodiscard]] bool gets_close(const std::vector<std::int32_t>& columns, const std::vector<std::int32_t>& chain) const {
+    const double clearance = kClearShare * eps_;
+    std::int32_t last = chain.front();
+    for (std::size_t k = 1; k < chain.size(); ++k) {
+      const std::int32_t v = chain[k];
+      if (of(v) == kNone) continue;
+      for (const std::int32_t y : columns) {
+        if (of(y) == kNone || y == v || y == last || (!moves(y) && !moves(v) && !moves(last))) continue;
+        const double now = segment_distance(point(y), point(last), point(v));
+        if (now < clearance && now < segment_distance(old_point(y), old_point(last), old_point(v))) return true;
+      }
+      last = v;
+    }
+    return false;
+  }
 
-  /// Do the slab and its slice stay near to each other?
-  [[nodiscard]] bool stays_near_slice(const Site& site, const GridPoint& from, const GridPoint& to) {
-    SlabData& d = data(std::size_t(site.slab));
-    const Outline& outline = outlines_[std::size_t(site.slab)];
-    const NearnessLimits limits{kDeviationShare * eps_, d.most, kResolution};
-    old_.clear();
-    now_.clear();
-    for_each_edge(site, [&](std::size_t, std::int32_t far) {
-      old_.emplace_back(from, outline.vertices[std::size_t(far)]);
-      now_.emplace_back(to, outline.vertices[std::size_t(far)]);
+  /// Do slabs and slices stay near to each other?
+  [[nodiscard]] bool stays_near_slices() {
+    const std::vector<std::int32_t>& group = columns_[taken_].group;
+    if (group.size() == 1) {
+      for (const Site& site : columns_[taken_].sites) {
+        moved_sites_.assign(1, {site, targets_.front()});
+        if (!stays_near_slice(0, 1)) return false;
+      }
+      return true;
+    }
+    moved_sites_.clear();
+    for (std::size_t k = 0; k < group.size(); ++k)
+      for (const Site& site : columns_[std::size_t(group[k])].sites) moved_sites_.emplace_back(site, targets_[k]);
+    std::sort(moved_sites_.begin(), moved_sites_.end(), [](const auto& a, const auto& b) {
+      return std::tie(a.first.slab, a.first.vertex) < std::tie(b.first.slab, b.first.vertex);
     });
+    for (std::size_t i = 0, k = 0; i < moved_sites_.size(); i = k) {
+      for (k = i + 1; k < moved_sites_.size() && moved_sites_[k].first.slab == moved_sites_[i].first.slab;) ++k;
+      if (!stays_near_slice(i, k)) return false;
+    }
+    return true;
+  }
+  /// The same for moved_sites_[begin, end), which are of one slab.
+  [[nodiscard]] bool stays_near_slice(std::size_t begin, std::size_t end) {
+    const std::int32_t slab = moved_sites_[begin].first.slab;
+    SlabData& d = data(slab);
+    const Outline& outline = outlines_[std::size_t(slab)];
+    const auto moved_to = [&](std::int32_t v) -> const GridPoint* {
+      for (std::size_t i = begin; i < end; ++i)
+        if (moved_sites_[i].first.vertex == v) return &moved_sites_[i].second;
+      return nullptr;
+    };
+    const NearnessLimits limits{kDeviationShare * eps_, d.most, kResolution};
+    before_.clear();
+    now_.clear();
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto& [site, to] = moved_sites_[i];
+      const std::int32_t vertex = site.vertex;
+      const GridPoint target = to;
+      for_each_edge(site, [&](std::size_t, std::int32_t far) {
+        const GridPoint* far_to = moved_to(far);
+        if (far_to != nullptr && far < vertex) return;  // once
+        before_.emplace_back(site_point(slab, vertex), site_point(slab, far));
+        now_.emplace_back(target, far_to != nullptr ? *far_to : site_point(slab, far));
+      });
+    }
     for (const Segment& edge : now_)
       if (!d.slice->is_near(edge, limits, &listen_)) return false;
     // Other edges of the contour that may be nearest to a part of the slice.
     const auto pad = std::int64_t(std::ceil(2 * d.most + reach())) + 1;
     const std::size_t own = now_.size();
-    for (const Segment& edge : old_)
+    for (const Segment& edge : before_)
       d.start->for_each_near(edge.first, edge.second, pad, [&](std::size_t f) {
         const Outline::Edge& other = outline.edges[f];
-        if (other.a == site.vertex || other.b == site.vertex) return;
+        if (moved_to(other.a) != nullptr || moved_to(other.b) != nullptr) return;
         now_.emplace_back(outline.vertices[std::size_t(other.a)], outline.vertices[std::size_t(other.b)]);
       });
     std::sort(now_.begin() + std::ptrdiff_t(own), now_.end());
     now_.erase(std::unique(now_.begin() + std::ptrdiff_t(own), now_.end()), now_.end());
-    return d.slice->stays_covered(old_, now_, limits, &listen_);
+    return d.slice->stays_covered(before_, now_, limits, &listen_);
   }
 
-  static constexpr std::size_t kPollEvery = 1 << 14;         // edges looked at
-  static constexpr double kReachShare = 1;                   // of eps
-  static constexpr double kClearShare = 0.45;                // of eps: contours nearer than this do not get nearer
-  static constexpr double kDeviationShare = 0.985;           // of eps ...
-  static constexpr double kResolution = 1.0 / 64;            // ... with half of this share more, still below eps
+  static constexpr std::size_t kPollEvery = 1 << 14;  // edges looked at
+  static constexpr std::size_t kLargestGroup = 24;    // columns that move at once
+  static constexpr double kReachShare = 1;            // of eps
+  static constexpr double kClearShare = 0.45;         // of eps: what is nearer than this does not get nearer
+  static constexpr double kDeviationShare = 0.985;    // of eps ...
+  static constexpr double kResolution = 1.0 / 64;     // ... with half of this share more, still below eps
 
   const std::vector<Outline>& slices_;
   const PlaneStack& stack_;
@@ -390,16 +669,27 @@ private:
   const std::vector<GridPoint>& points_;
   const std::vector<std::int32_t>& gone_;
   Poll listen_;
-  double eps_;                                                  // pitches
-  std::vector<Outline> outlines_;                               // #S
-  std::vector<char> touched_;                                   // #S
-  std::vector<SlabData> slab_;                                  // #S
+  double eps_;                                                   // pitches
+  std::vector<Outline> outlines_;                                // #S
+  std::vector<char> touched_;                                    // #S
+  std::vector<SlabData> slab_;                                   // #S
   std::vector<std::pair<std::int32_t, std::int32_t>> slabs_of_;  // #P: slab below, slab above
   std::vector<Column> columns_;
-  std::vector<GridPoint> home_;           // of columns: where they were at first
-  std::vector<std::int32_t> column_of_;   // #V
-  std::vector<std::int32_t> own_, other_;  // chains in question
-  std::vector<Segment> old_, now_;
+  std::vector<GridPoint> home_;          // of columns: where they were at first
+  std::vector<std::int32_t> column_of_;  // #V
+
+  // The column that was taken.
+  std::size_t taken_ = 0;
+  std::vector<GridPoint> old_;           // #V: where vertices were, of those with the stamp
+  std::vector<std::uint32_t> stamp_of_;  // #V
+  std::uint32_t stamp_ = 0;
+  std::vector<std::pair<Split, double>> splits_;  // with their shares
+  std::vector<double> shares_;                    // of its group
+  std::vector<GridPoint> targets_;                // of its group
+  std::vector<Chain> changing_;
+  std::vector<std::int32_t> own_, other_;                  // chains in question
+  std::vector<std::pair<Site, GridPoint>> moved_sites_;    // and where they go
+  std::vector<Segment> before_, now_;
 };
 
 }  // namespace slice2mesh::detail

@@ -557,15 +557,14 @@ private:
     set_point(v, before);
     return sum;
   }
-  [[nodiscard]] bool all_positive(std::int32_t v) const {
-    for (const std::int32_t t : at_[std::size_t(v)])
-      if (volume(mesh_.tets[std::size_t(t)]) <= 0) return false;
-    return true;
+  [[nodiscard]] bool all_positive(const std::vector<std::int32_t>& tets) const {
+    return std::all_of(tets.begin(), tets.end(),
+                       [&](std::int32_t t) { return volume(mesh_.tets[std::size_t(t)]) > 0; });
   }
   bool move_to(std::int32_t v, const GridPoint& p) {
     const GridPoint before = point(v);
     set_point(v, p);
-    if (!all_positive(v)) {
+    if (!all_positive(at_[std::size_t(v)])) {
       set_point(v, before);
       return false;
     }
@@ -661,45 +660,22 @@ private:
 
   // --- moves of contours
   // -------------------------------------------------------------------------------------------------
-  /// Finds all that moves with a column, the tets around it, and where the splits of its edges stand.
-  void take_column(const ContourColumns::Column& column) {
-    const GridPoint from = point(column.vertices.front());
+  /// Finds all that moves with a column, and the tets around it.
+  void take_column(std::size_t index) {
+    columns_->take(index, before_);
     star_.clear();
-    before_.clear();
-    shares_.clear();
-    const auto take = [&](std::int32_t v) {
-      before_.emplace_back(v, point(v));
-      star_.insert(star_.end(), at_[std::size_t(v)].begin(), at_[std::size_t(v)].end());
-    };
-    for (const std::int32_t v : column.vertices) take(v);
-    for (const ContourColumns::Split& split : column.splits) {
-      if (gone_[std::size_t(split.vertex)] != kNone) {
-        shares_.push_back(0);
-        continue;
-      }
-      take(split.vertex);
-      const GridPoint &end = point(split.far), &p = point(split.vertex);
-      shares_.push_back(double(dot(from, end, p)) / double(squared_distance(from, end)));
-    }
+    for (const auto& [v, p] : before_) star_.insert(star_.end(), at_[std::size_t(v)].begin(), at_[std::size_t(v)].end());
     std::sort(star_.begin(), star_.end());
     star_.erase(std::unique(star_.begin(), star_.end()), star_.end());
   }
-  void place_column(const ContourColumns::Column& column, const GridPoint& p) {
-    for (const std::int32_t v : column.vertices) set_point(v, p);
-    for (std::size_t i = 0; i < column.splits.size(); ++i) {
-      const ContourColumns::Split& split = column.splits[i];
-      if (gone_[std::size_t(split.vertex)] != kNone) continue;
-      const GridPoint& end = point(split.far);
-      set_point(split.vertex, {p.x + std::llround(shares_[i] * double(end.x - p.x)),
-                               p.y + std::llround(shares_[i] * double(end.y - p.y))});
-    }
+  void put(const std::vector<ContourColumns::Place>& places) {
+    for (const auto& [v, p] : places) set_point(v, p);
   }
-  void put_back() {
-    for (const auto& [v, p] : before_) set_point(v, p);
-  }
-  /// The cost of the tets around the column if it were at p; infinite if one is not positive or it reaches `limit`.
-  double column_cost_at(const ContourColumns::Column& column, const GridPoint& p, double limit) {
-    place_column(column, p);
+  /// The cost of the tets around the column if it were at p; infinite if it cannot be there, one is not positive, or it
+  /// reaches `limit`. All stays at its new place.
+  double column_cost_at(const GridPoint& p, double limit) {
+    if (!columns_->places(p, after_)) return std::numeric_limits<double>::infinity();
+    put(after_);
     double sum = 0;
     for (const std::int32_t t : star_) {
       const double r = badness(mesh_.tets[std::size_t(t)]);
@@ -710,41 +686,46 @@ private:
   }
   /// Moves a column down the gradient of the cost, or else along its contour.
   bool smooth_column(std::size_t index) {
-    const ContourColumns::Column& column = (*columns_)[index];
-    take_column(column);
-    const GridPoint from = point(column.vertices.front());
+    take_column(index);
+    const GridPoint from = columns_->place(index);
     double current = 0, shortest = std::numeric_limits<double>::infinity();
     for (const std::int32_t t : star_) current += cost(badness_[std::size_t(t)]);
-    for (const std::int32_t v : column.vertices)
+    for (const std::int32_t v : columns_->vertices(index))
       for (const std::int32_t t : at_[std::size_t(v)])
         for (const std::int32_t u : mesh_.tets[std::size_t(t)])
           if (u != v && plane(u) == plane(v)) shortest = std::min(shortest, distance(from, point(u)));
     const double limit = std::numeric_limits<double>::infinity();
-    const double delta = std::max(double(kContourStep), 1e-5 * shortest);
-    const double gx = column_cost_at(column, {from.x + std::llround(delta), from.y}, limit) - current,
-                 gy = column_cost_at(column, {from.x, from.y + std::llround(delta)}, limit) - current;
-    const double g = std::hypot(gx, gy);
-    put_back();
-    if (!std::isfinite(g) || g == 0) return false;
-    if (column_descends(index, -gx / g, -gy / g, shortest, current)) return true;
-    const GridPoint along = columns_->tangent(index);
-    const double tx = double(along.x), ty = double(along.y), t = std::hypot(tx, ty);
-    if (!(t > 0)) return false;
-    const double slope = (gx * tx + gy * ty) / (g * t);
-    if (!(std::fabs(slope) > kLeastSlope)) return false;
-    return column_descends(index, -std::copysign(tx / t, slope), -std::copysign(ty / t, slope), shortest, current);
+    const double delta = std::max(4 * double(kContourStep), 1e-5 * shortest);
+    const GridPoint along = columns_->along(index);
+    double tx = double(along.x), ty = double(along.y);
+    const double t = std::hypot(tx, ty);
+    if (t > 0) tx /= t, ty /= t;
+    double slope = 0;
+    if (columns_->on_edge(index)) {
+      slope = column_cost_at({from.x + std::llround(delta * tx), from.y + std::llround(delta * ty)}, limit) - current;
+      put(before_);
+      if (!std::isfinite(slope) || slope == 0) return false;
+    } else {
+      const double gx = column_cost_at({from.x + std::llround(delta), from.y}, limit) - current,
+                   gy = column_cost_at({from.x, from.y + std::llround(delta)}, limit) - current;
+      const double g = std::hypot(gx, gy);
+      put(before_);
+      if (!std::isfinite(g) || g == 0) return false;
+      if (column_descends(index, -gx / g, -gy / g, shortest, current)) return true;
+      slope = (gx * tx + gy * ty) / g;
+      if (!(std::fabs(slope) > kLeastSlope)) return false;
+    }
+    return column_descends(index, -std::copysign(tx, slope), -std::copysign(ty, slope), shortest, current);
   }
   /// Tries steps in one direction, the longest first.
   bool column_descends(std::size_t index, double dx, double dy, double shortest, double current) {
-    const ContourColumns::Column& column = (*columns_)[index];
-    const GridPoint from = point(column.vertices.front());
+    const GridPoint from = columns_->place(index);
     const double least = (1 - kLeastGain) * current;
     double step = std::min(0.3 * shortest, columns_->reach());
     for (int k = 0; k < kStepSizes; ++k, step *= 0.4) {
-      const GridPoint to{round_to_step(from.x + std::llround(step * dx)), round_to_step(from.y + std::llround(step * dy))};
-      if (to == from || !columns_->in_reach(index, to)) continue;
-      if (column_cost_at(column, to, least) < least && column_stands(index, from, to)) {
-        columns_->moved(index, to);
+      if (column_cost_at({from.x + std::llround(step * dx), from.y + std::llround(step * dy)}, least) < least &&
+          all_positive(star_) && columns_->may_move()) {
+        columns_->moved();
         ++stamp_;
         for (const std::int32_t t : star_) {
           badness_[std::size_t(t)] = badness(mesh_.tets[std::size_t(t)]);
@@ -752,15 +733,9 @@ private:
         }
         return true;
       }
-      put_back();
+      put(before_);
     }
     return false;
-  }
-  /// Is everything in order with the column where it has been placed?
-  [[nodiscard]] bool column_stands(std::size_t index, const GridPoint& from, const GridPoint& to) {
-    return std::all_of(star_.begin(), star_.end(),
-                       [&](std::int32_t t) { return volume(mesh_.tets[std::size_t(t)]) > 0; }) &&
-           columns_->may_move(index, from, to);
   }
   std::size_t column_round() {
     if (!columns_) return 0;
@@ -775,10 +750,9 @@ private:
     tried_column_.resize(columns_->size(), 0);
     std::vector<std::pair<int, std::int32_t>> order;
     for (std::size_t i = 0; i < worst.size(); ++i) {
-      const ContourColumns::Column& column = (*columns_)[i];
-      if (!column.movable || !(worst[i] > 0)) continue;
+      if (!columns_->movable(i) || !(worst[i] > 0)) continue;
       std::uint32_t last = 0;
-      for (const std::int32_t v : column.vertices) last = std::max(last, changed_[std::size_t(v)]);
+      for (const std::int32_t v : columns_->vertices(i)) last = std::max(last, changed_[std::size_t(v)]);
       if (last > tried_column_[i]) order.emplace_back(rank(worst[i]), std::int32_t(i));
     }
     std::sort(order.begin(), order.end());
@@ -1012,9 +986,8 @@ private:
   std::vector<Cell> cells_;
   std::array<std::vector<std::pair<std::int32_t, std::int32_t>>, 2> slab_links_;
   std::vector<double> badnesses_;
-  std::vector<std::int32_t> star_;                          // tets around the column in question
-  std::vector<std::pair<std::int32_t, GridPoint>> before_;  // where its vertices and splits were
-  std::vector<double> shares_;                              // of its splits: place on their edge
+  std::vector<std::int32_t> star_;                      // tets around the column in question
+  std::vector<ContourColumns::Place> before_, after_;  // where what moves with it was, and where it would go
 };
 
 }  // namespace slice2mesh::detail
