@@ -27,7 +27,7 @@ int main(int argc, char* argv[]) try {
   HarmonizeOptions harmonize_options;
   harmonize_options.eps = options.eps.in_mm(plan.thickness);
   harmonize_options.contour_size = sizes.contour_size;
-  const Contours contours = harmonize(regions, harmonize_options, diagnostics);  // alike where they nearly were
+  Contours contours = harmonize(regions, harmonize_options, diagnostics);  // alike where they nearly were
   std::cout << "harmonize: tolerance " << contours.tolerance << " mm\n";
 
   PlaneStack planes = triangulate_planes(contours, sizes, options.budget);  // both contours of every interface
@@ -40,8 +40,8 @@ int main(int argc, char* argv[]) try {
   Mesh mesh = SlabFiller{}(plc);
   std::cout << "fill: " << mesh.tets.size() << " tets\n";
 
-  improve(contours, planes, plc, mesh, options.improve);  // changes mesh, complex and planes together
-  const Certificate certificate = certify(mesh, plc);     // does not throw: look at passed()
+  improve(regions, contours, planes, plc, mesh, options.improve);  // changes all but the regions together
+  const Certificate certificate = certify(mesh, plc);              // does not throw: look at passed()
   const QualityReport quality = measure_quality(mesh);
   std::cout << "improve: " << mesh.tets.size() << " tets, " << (certificate.passed() ? "certified" : "NOT certified")
             << ", median R/3r " << quality.ratio.median << '\n';

@@ -205,6 +205,11 @@ void add_meshing_options(CLI::App& app, slice2mesh::Options& options) {
       ->group(elements);
 
   app.add_flag_callback(
+         "--keep-contours", [&options] { options.improve.move_contours = false; },
+         "Improvement leaves contours as harmonization made them")
+      ->group(elements);
+
+  app.add_flag_callback(
       "--no-finer-slices", [&options] { options.finer_slices = false; },
       "Do not measure what bundles (--lump) lose against all their slices");
 

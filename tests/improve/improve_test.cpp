@@ -37,7 +37,8 @@ Filled fill(const SliceStack& slices, const ChainOptions& options = {}) {
 }
 
 bool improve(Filled& filled, const ImproveOptions& options = {}) {
-  return slice2mesh::improve(filled.chain.contours, filled.stack, filled.plc, filled.mesh, options);
+  return slice2mesh::improve(filled.chain.regions, filled.chain.contours, filled.stack, filled.plc, filled.mesh,
+                             options);
 }
 
 std::string failures(const Certificate& certificate) {
@@ -60,9 +61,40 @@ std::set<std::tuple<std::int32_t, std::int64_t, std::int64_t>> contour_ends(cons
   return ends;
 }
 
+/// Pairs of pieces of contours, on all planes, that have more in common than a vertex: by trying all pairs.
+std::size_t meeting_pieces(const PlaneStack& stack) {
+  std::size_t count = 0;
+  for (const PlaneMesh& mesh : stack.meshes) {
+    std::set<std::array<std::int32_t, 2>> pieces;
+    for (const auto* chains : {&mesh.below_chain, &mesh.above_chain})
+      for (const auto& chain : *chains)
+        for (std::size_t i = 1; i < chain.size(); ++i)
+          pieces.insert({std::min(chain[i - 1], chain[i]), std::max(chain[i - 1], chain[i])});
+    const auto at = [&](std::int32_t v) { return mesh.vertices[std::size_t(v)]; };
+    for (auto p = pieces.begin(); p != pieces.end(); ++p)
+      for (auto q = std::next(p); q != pieces.end(); ++q) {
+        std::array<std::int32_t, 2> a = *p, b = *q;
+        if (a[0] == b[1] || a[1] == b[0]) std::swap(b[0], b[1]);
+        if (a[0] != b[0] && a[1] != b[1]) {
+          count += std::size_t(detail::segments_meet(at(a[0]), at(a[1]), at(b[0]), at(b[1])));
+          continue;
+        }
+        if (a[0] != b[0]) {
+          std::swap(a[0], a[1]);
+          std::swap(b[0], b[1]);
+        }
+        if (detail::orientation(at(a[0]), at(a[1]), at(b[1])) == 0 && detail::dot(at(a[0]), at(a[1]), at(b[1])) > 0)
+          ++count;
+      }
+  }
+  return count;
+}
+
 }  // namespace
 
 TEST_CASE("improvement keeps the certificate, the complex and the contours, and makes the elements better") {
+  ImproveOptions keep;
+  keep.move_contours = false;
   std::vector<NamedStack> stacks = generated_stacks();
   for (std::uint32_t seed = 1; seed <= 30; ++seed)
     stacks.push_back({"random stack, seed " + std::to_string(seed), random_stack(seed)});
@@ -72,7 +104,7 @@ TEST_CASE("improvement keeps the certificate, the complex and the contours, and 
     Filled filled = fill(named.stack);
     const QualityReport before = measure_quality(filled.mesh);
     const auto ends = contour_ends(filled.stack);
-    REQUIRE(improve(filled));
+    REQUIRE(improve(filled, keep));
     const Certificate certificate = certify(filled.mesh, filled.plc);
     INFO(failures(certificate));
     CHECK(certificate.passed());
@@ -84,6 +116,50 @@ TEST_CASE("improvement keeps the certificate, the complex and the contours, and 
     if (after.ratio.worst < before.ratio.worst) ++better;
   }
   CHECK(better > stacks.size() / 2);
+}
+
+TEST_CASE("contours that improvement moves stay within the tolerance, meet nothing, and make the elements better") {
+  std::vector<NamedStack> stacks = generated_stacks();
+  for (std::uint32_t seed = 1; seed <= 40; ++seed)
+    stacks.push_back({"random stack, seed " + std::to_string(seed), random_stack(seed)});
+  ImproveOptions keep;
+  keep.move_contours = false;
+  std::size_t changed = 0, better = 0;
+  for (const NamedStack& named : stacks) {
+    INFO(named.name);
+    Filled filled = fill(named.stack), fixed = filled;
+    const std::vector<Outline> before = filled.chain.contours.outlines;
+    REQUIRE(improve(filled));
+    REQUIRE(improve(fixed, keep));
+    const Certificate certificate = certify(filled.mesh, filled.plc);
+    INFO(failures(certificate));
+    CHECK(certificate.passed());
+    CHECK(verify_plc(filled.plc).passed());
+    CHECK(meeting_pieces(filled.stack) == 0);
+    const Contours& contours = filled.chain.contours;
+    bool moved = false;
+    for (std::size_t s = 0; s < contours.outlines.size(); ++s) {
+      moved = moved || contours.outlines[s].vertices != before[s].vertices;
+      const double eps = contours.tolerance / contours.grid.pitch;
+      CHECK(detail::deviation(contours.outlines[s], filled.chain.regions.outlines[s], 1e-4 * eps) <= 1.0002 * eps);
+      CHECK(contours.deviation[s] <= 1.0002 * contours.tolerance);
+      // Walls stand on the contours: both planes of the slab have their vertices.
+      for (const std::size_t top : {std::size_t(0), std::size_t(1)}) {
+        const PlaneMesh& mesh = filled.stack.meshes[std::size_t(filled.stack.slab_planes[s][top])];
+        for (std::size_t e = 0; e < contours.outlines[s].edges.size(); ++e) {
+          const Outline::Edge& edge = contours.outlines[s].edges[e];
+          const auto& chain = (top != 0 ? mesh.below_chain : mesh.above_chain)[e];
+          CHECK(mesh.vertices[std::size_t(chain.front())] == contours.outlines[s].vertices[std::size_t(edge.a)]);
+          CHECK(mesh.vertices[std::size_t(chain.back())] == contours.outlines[s].vertices[std::size_t(edge.b)]);
+        }
+      }
+    }
+    if (!moved) continue;
+    ++changed;
+    if (measure_quality(filled.mesh).ratio.mean <= measure_quality(fixed.mesh).ratio.mean) ++better;
+  }
+  CHECK(changed > stacks.size() / 2);
+  CHECK(better > changed * 3 / 4);
 }
 
 TEST_CASE("improvement leaves no sliver where vertices are free to move") {
@@ -137,8 +213,9 @@ TEST_CASE("the work of improvement is bounded by a count, and the mesh is valid 
 TEST_CASE("improvement can be cancelled and refuses options without sense") {
   Filled filled = fill(random_stack(2));
   const Progress stop = [](Stage stage, double) { return stage != Stage::Improve; };
-  CHECK_THROWS_AS(slice2mesh::improve(filled.chain.contours, filled.stack, filled.plc, filled.mesh, {}, stop),
-                  Cancelled);
+  CHECK_THROWS_AS(
+      slice2mesh::improve(filled.chain.regions, filled.chain.contours, filled.stack, filled.plc, filled.mesh, {}, stop),
+      Cancelled);
   const auto option_of = [&](auto&& change) -> std::string {
     ImproveOptions options;
     change(options);

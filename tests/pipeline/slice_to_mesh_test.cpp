@@ -54,12 +54,12 @@ TEST_CASE("the chain of stages gives the same mesh as the one call") {
   HarmonizeOptions harmonize_options;
   harmonize_options.eps = options.eps.in_mm(plan.thickness);
   harmonize_options.contour_size = sizes.contour_size;
-  const Contours contours = harmonize(regions, harmonize_options, diagnostics);
+  Contours contours = harmonize(regions, harmonize_options, diagnostics);
   PlaneStack planes = triangulate_planes(contours, sizes);
   Plc plc = build_plc(contours, planes.meshes, planes.slab_planes);
   CHECK(verify_plc(plc).passed());
   Mesh mesh = SlabFiller{}(plc);
-  CHECK(improve(contours, planes, plc, mesh, options.improve));
+  CHECK(improve(regions, contours, planes, plc, mesh, options.improve));
   CHECK(verify_plc(plc).passed());
   CHECK(mesh.vertices == result.mesh.vertices);
   CHECK(mesh.tets == result.mesh.tets);

@@ -19,9 +19,10 @@ namespace slice2mesh::detail {
 
 /// How near is near enough.
 struct NearnessLimits {
-  double deviation = 0;   ///< pitches: no contour gets farther than this from its slice, nor its slice from it ...
-  double most = 0;        ///< pitches: ... or than this where the slice is farther than that before
-  double resolution = 0;  ///< share of the limit: pieces of contours that are not split further; half of it is the error
+  double deviation = 0;  ///< pitches: no contour gets farther than this from its slice, nor its slice from it ...
+  double most = 0;       ///< pitches: ... or than this where the slice is farther than that before
+  double resolution =
+      0;  ///< share of the limit: pieces of contours that are not split further; half of it is the error
 };
 
 /// The slice of a slab, asked about changes of the contour of that slab.
@@ -54,8 +55,8 @@ public:
     return true;
   }
 
-  /// Is all of the slice that the edges `old` were near to, near to the edges `now`? `now` has the edges in the place of
-  /// the old ones, and all others of the contour that may be near to the same parts of the slice.
+  /// Is all of the slice that the edges `old` were near to, near to the edges `now`? `now` has the edges in the place
+  /// of the old ones, and all others of the contour that may be near to the same parts of the slice.
   [[nodiscard]] bool stays_covered(const std::vector<Edge>& old, const std::vector<Edge>& now,
                                    const NearnessLimits& limits, Poll* listen) {
     const auto wide = std::int64_t(std::ceil(limits.most)) + 1;

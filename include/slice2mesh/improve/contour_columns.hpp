@@ -146,8 +146,8 @@ public:
     if (targets_.front() == place(taken_)) return false;
     for (const auto& [split, share] : splits_) {
       const GridPoint a = target_of(split.from), b = target_of(split.to);
-      after.push_back({split.vertex, {a.x + std::llround(share * double(b.x - a.x)),
-                                      a.y + std::llround(share * double(b.y - a.y))}});
+      after.push_back({split.vertex,
+                       {a.x + std::llround(share * double(b.x - a.x)), a.y + std::llround(share * double(b.y - a.y))}});
     }
     return true;
   }
@@ -191,13 +191,13 @@ private:
     std::int32_t vertex, from, to;
   };
   struct Column {
-    std::vector<std::int32_t> vertices;               // of planes
-    std::vector<Split> splits;                        // on its edges, next to it
-    std::vector<Site> sites;                          // none: a crossing
-    std::vector<Chain> through;                       // edges that it stands on, not at their ends
-    std::vector<std::array<std::int32_t, 2>> lines;   // columns at the ends of those
-    std::vector<std::int32_t> followers;              // columns on edges that end here
-    std::vector<std::int32_t> group;                  // it and all that follow, ends before what stands between them
+    std::vector<std::int32_t> vertices;              // of planes
+    std::vector<Split> splits;                       // on its edges, next to it
+    std::vector<Site> sites;                         // none: a crossing
+    std::vector<Chain> through;                      // edges that it stands on, not at their ends
+    std::vector<std::array<std::int32_t, 2>> lines;  // columns at the ends of those
+    std::vector<std::int32_t> followers;             // columns on edges that end here
+    std::vector<std::int32_t> group;                 // it and all that follow, ends before what stands between them
     bool sound = true;
   };
   /// What is needed of a slab where something moves; made when that is asked for the first time.
@@ -520,9 +520,9 @@ private:
     const std::size_t plane = plane_of(own.slab, own.top);
     vertices_of(own, own_);
     GridPoint low = point(own_.front()), high = low;
-    double way = 0;
+    std::int64_t way = 0;  // at least that of any of its vertices
     for (const std::int32_t v : own_) {
-      if (moves(v)) way = std::max(way, distance(old_point(v), point(v)));
+      if (moves(v)) way = std::max(way, std::int64_t(std::ceil(distance(old_point(v), point(v)))));
       for (const GridPoint& p : {old_point(v), point(v)}) {
         low = {std::min(low.x, p.x), std::min(low.y, p.y)};
         high = {std::max(high.x, p.x), std::max(high.y, p.y)};
@@ -532,7 +532,7 @@ private:
     const auto margin = std::int64_t(std::ceil(kClearShare * eps_ + kBeside)) + 1;
     low = {low.x - margin, low.y - margin};
     high = {high.x + margin, high.y + margin};
-    const auto pad = std::int64_t(std::ceil(way + reach())) + margin;
+    const auto pad = way + std::int64_t(std::ceil(reach())) + margin;
     const GridPoint from = point(own_.front()), to = point(own_.back());
     for (const std::int32_t top : {1, 0}) {
       const std::int32_t slab = top != 0 ? slabs_of_[plane].first : slabs_of_[plane].second;
@@ -548,8 +548,8 @@ private:
         if (c == own) return false;
         const GridPoint &u = outline.vertices[std::size_t(outline.edges[f].a)],
                         &w = outline.vertices[std::size_t(outline.edges[f].b)];  // before the move
-        if (std::max(u.x, w.x) + way < low.x || std::min(u.x, w.x) - way > high.x) return false;
-        if (std::max(u.y, w.y) + way < low.y || std::min(u.y, w.y) - way > high.y) return false;
+        if (std::max(u.x, w.x) < low.x - way || std::min(u.x, w.x) > high.x + way) return false;
+        if (std::max(u.y, w.y) < low.y - way || std::min(u.y, w.y) > high.y + way) return false;
         vertices_of(c, other_);
         return chains_collide() || chains_get_close();
       });
@@ -575,10 +575,9 @@ private:
     return false;
   }
   /// Does a column of one of them get too near to an edge of the other?
-  [[nodiscard]] bool chains_get_close() const {
-    return gets_close(own_, other_) || gets_close(other_, own_);
-  }
-  [[nodiscard]] bool gets_close(const std::vector<std::int32_t>& columns, const std::vector<std::int32_t>& chain) const {
+  [[nodiscard]] bool chains_get_close() const { return gets_close(own_, other_) || gets_close(other_, own_); }
+  [[nodiscard]] bool gets_close(const std::vector<std::int32_t>& columns,
+                                const std::vector<std::int32_t>& chain) const {
     const double clearance = kClearShare * eps_;
     std::int32_t last = chain.front();
     for (std::size_t k = 1; k < chain.size(); ++k) {
@@ -687,8 +686,8 @@ private:
   std::vector<double> shares_;                    // of its group
   std::vector<GridPoint> targets_;                // of its group
   std::vector<Chain> changing_;
-  std::vector<std::int32_t> own_, other_;                  // chains in question
-  std::vector<std::pair<Site, GridPoint>> moved_sites_;    // and where they go
+  std::vector<std::int32_t> own_, other_;                // chains in question
+  std::vector<std::pair<Site, GridPoint>> moved_sites_;  // and where they go
   std::vector<Segment> before_, now_;
 };
 

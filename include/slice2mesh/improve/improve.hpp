@@ -53,16 +53,16 @@ inline bool improve(Contours& contours, const std::vector<Outline>* slices, Plan
 
 }  // namespace detail
 
-/// Improves a mesh that fills a complex by flips inside of its slabs, by moving and collapsing vertices in their planes,
-/// and by moving contour vertices within the tolerance; contours, planes, complex and mesh are changed together. Every
-/// tet stays in its slab and region, every wall vertical, every contour within `contours.tolerance` of its slice (both
-/// ways; `contours.deviation` is measured again), every tet positive (decided exactly). Deterministic.
+/// Improves a mesh that fills a complex by flips inside of its slabs, by moving and collapsing vertices in their
+/// planes, and by moving contour vertices within the tolerance; contours, planes, complex and mesh are changed
+/// together. Every tet stays in its slab and region, every wall vertical, every contour within `contours.tolerance` of
+/// its slice (both ways; `contours.deviation` is measured again), every tet positive (decided exactly). Deterministic.
 ///
 /// Precondition: `contours` were made from `regions`, `plc` is
-/// `build_plc(contours, stack.meshes, stack.slab_planes)`, and `mesh` fills it with its vertices, in their order, and no
-/// others. A mesh with other vertices stays as it is, and so does one of exact mode, which promises no quality. Returns
-/// whether it was worked on.
-/// Errors: OptionError, Cancelled. Cost: bounded by ImproveOptions::most_work, apart from a linear part.
+/// `build_plc(contours, stack.meshes, stack.slab_planes)`, and `mesh` fills it with its vertices, in their order, and
+/// no others. A mesh with other vertices stays as it is, and so does one of exact mode, which promises no quality.
+/// Returns whether it was worked on. Errors: OptionError, Cancelled. Cost: bounded by ImproveOptions::most_work, apart
+/// from a linear part.
 inline bool improve(const LayerRegions& regions, Contours& contours, PlaneStack& stack, Plc& plc, Mesh& mesh,
                     const ImproveOptions& options, const Progress& progress = {}) {
   return detail::improve(contours, options.move_contours ? &regions.outlines : nullptr, stack, plc, mesh, options,

@@ -27,7 +27,8 @@ namespace slice2mesh::detail {
 
 /// Improves the tets of all slabs by local operations. All of them keep every tet in its slab and region and every wall
 /// vertical; that new tets are positive is decided exactly. Free vertices move in their plane, vertices that split a
-/// contour edge along that edge, contour vertices as columns, within the tolerance (contour_columns.hpp), or not at all.
+/// contour edge along that edge, contour vertices as columns, within the tolerance (contour_columns.hpp), or not at
+/// all.
 class MeshOptimizer {
 public:
   using Tet = std::array<std::int32_t, 4>;
@@ -42,7 +43,8 @@ public:
       points_.insert(points_.end(), plane.vertices.begin(), plane.vertices.end());
       plane_.resize(points_.size(), std::int32_t(k));
       for (const char fixed : plane.fixed) kind_.push_back(fixed ? Kind::Fixed : Kind::Free);
-      for (const GridPoint& p : plane.vertices) xyz_.push_back({double(p.x), double(p.y), plane.z / contours.grid.pitch});
+      for (const GridPoint& p : plane.vertices)
+        xyz_.push_back({double(p.x), double(p.y), plane.z / contours.grid.pitch});
     }
     first_.push_back(std::int32_t(points_.size()));
     find_sliding();
@@ -73,10 +75,13 @@ public:
     for (const double floor : {kBad, options_.target}) {
       floor_ = std::max(floor, options_.target);
       const std::int32_t last = floor == kBad ? (options_.rounds + 1) / 2 : options_.rounds;
+      std::size_t most = 0;
       for (; round < last && !exhausted(); ++round) {
         share_ = double(round) / double(options_.rounds);
         report(progress_, Stage::Improve, share_);
-        if (flip_round() + smooth_round() + column_round() + collapse_round() == 0) break;
+        const std::size_t done = flip_round() + smooth_round() + column_round() + collapse_round();
+        most = std::max(most, done);
+        if (done == 0 || (floor == kBad && double(done) < kLittle * double(most))) break;
       }
     }
     report(progress_, Stage::Improve, 1);
@@ -664,7 +669,8 @@ private:
   void take_column(std::size_t index) {
     columns_->take(index, before_);
     star_.clear();
-    for (const auto& [v, p] : before_) star_.insert(star_.end(), at_[std::size_t(v)].begin(), at_[std::size_t(v)].end());
+    for (const auto& [v, p] : before_)
+      star_.insert(star_.end(), at_[std::size_t(v)].begin(), at_[std::size_t(v)].end());
     std::sort(star_.begin(), star_.end());
     star_.erase(std::unique(star_.begin(), star_.end()), star_.end());
   }
@@ -945,6 +951,7 @@ private:
   static constexpr double kAngleWeight = 0.6;     ///< over the sine of a dihedral angle: 4 degrees are as bad as 8.6
   static constexpr double kVeryBad = 8;           ///< R/3r
   static constexpr double kBad = 3;               ///< R/3r; what is above is worked on first
+  static constexpr double kLittle = 0.4;          ///< of the operations of the best round: what is bad has had its turn
   static constexpr double kLeastGain = 3e-3;      ///< share of the cost that a flip or a move has to gain
   static constexpr int kStepSizes = 4;            ///< of a move, each 0.4 of the one before
   static constexpr std::size_t kLongestRing = 9;  ///< edges with more tets around are not taken out
@@ -986,7 +993,7 @@ private:
   std::vector<Cell> cells_;
   std::array<std::vector<std::pair<std::int32_t, std::int32_t>>, 2> slab_links_;
   std::vector<double> badnesses_;
-  std::vector<std::int32_t> star_;                      // tets around the column in question
+  std::vector<std::int32_t> star_;                     // tets around the column in question
   std::vector<ContourColumns::Place> before_, after_;  // where what moves with it was, and where it would go
 };
 
