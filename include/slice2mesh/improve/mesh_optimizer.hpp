@@ -690,8 +690,8 @@ private:
     }
     return sum;
   }
-  /// Moves a column down the gradient of the cost, or else along its contour.
-  bool smooth_column(std::size_t index) {
+  /// Moves a column down the gradient of the cost, or else along its contour. For what is bad areas do not count.
+  bool smooth_column(std::size_t index, bool any_area) {
     take_column(index);
     const GridPoint from = columns_->place(index);
     double current = 0, shortest = std::numeric_limits<double>::infinity();
@@ -717,20 +717,20 @@ private:
       const double g = std::hypot(gx, gy);
       put(before_);
       if (!std::isfinite(g) || g == 0) return false;
-      if (column_descends(index, -gx / g, -gy / g, shortest, current)) return true;
+      if (column_descends(index, -gx / g, -gy / g, shortest, current, any_area)) return true;
       slope = (gx * tx + gy * ty) / g;
       if (!(std::fabs(slope) > kLeastSlope)) return false;
     }
-    return column_descends(index, -std::copysign(tx, slope), -std::copysign(ty, slope), shortest, current);
+    return column_descends(index, -std::copysign(tx, slope), -std::copysign(ty, slope), shortest, current, any_area);
   }
   /// Tries steps in one direction, the longest first.
-  bool column_descends(std::size_t index, double dx, double dy, double shortest, double current) {
+  bool column_descends(std::size_t index, double dx, double dy, double shortest, double current, bool any_area) {
     const GridPoint from = columns_->place(index);
     const double least = (1 - kLeastGain) * current;
     double step = std::min(0.3 * shortest, columns_->reach());
     for (int k = 0; k < kStepSizes; ++k, step *= 0.4) {
       if (column_cost_at({from.x + std::llround(step * dx), from.y + std::llround(step * dy)}, least) < least &&
-          all_positive(star_) && columns_->may_move()) {
+          all_positive(star_) && columns_->may_move(any_area)) {
         columns_->moved();
         ++stamp_;
         for (const std::int32_t t : star_) {
@@ -766,7 +766,7 @@ private:
     for (const auto& [w, i] : order) {
       poll();
       if (exhausted()) break;
-      if (smooth_column(std::size_t(i))) ++done;
+      if (smooth_column(std::size_t(i), worst[std::size_t(i)] > kBad)) ++done;
       tried_column_[std::size_t(i)] = stamp_;
     }
     return done;
