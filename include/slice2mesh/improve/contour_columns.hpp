@@ -151,9 +151,8 @@ public:
     }
     return true;
   }
-  /// May the column that was taken go to the last places given? `any_area`: even where that makes the area of a slab
-  /// differ more from that of its slice. Precondition: `points` has all of it there.
-  [[nodiscard]] bool may_move(bool any_area) { return keeps_slices(any_area) && way_is_clear(); }
+  /// May the column that was taken go to the last places given? Precondition: `points` has all of it there.
+  [[nodiscard]] bool may_move() { return stays_near_slices() && way_is_clear(); }
   /// It was moved there.
   void moved() {
     const std::vector<std::int32_t>& group = columns_[taken_].group;
@@ -162,7 +161,6 @@ public:
         outlines_[std::size_t(site.slab)].vertices[std::size_t(site.vertex)] = targets_[k];
         touched_[std::size_t(site.slab)] = 1;
       }
-    for (const auto& [slab, gain] : gains_) slab_[std::size_t(slab)].excess += gain;
   }
 
   /// #S, contours with the columns where they are now.
@@ -205,8 +203,6 @@ private:
   /// What is needed of a slab where something moves; made when that is asked for the first time.
   struct SlabData {
     double most = 0;                      // pitches: deviation that parts of the slice may keep
-    Int128 excess = 0;                    // squared pitches: twice the area, less that of the slice ...
-    Int128 most_excess = 0;               // ... which a move may not bring above this, either way
     std::unique_ptr<SegmentIndex> start;  // edges of the contour where they were at first
     std::unique_ptr<SliceNearness> slice;
     std::vector<std::int32_t> first_edge, edges;  // #V + 1 offsets; edges by vertex
@@ -442,10 +438,6 @@ private:
       segments.emplace_back(home_[std::size_t(of(first + c.front()))], home_[std::size_t(of(first + c.back()))]);
     }
     d.slice = std::make_unique<SliceNearness>(slices_[std::size_t(s)]);
-    d.excess = doubled_area(outline, kNone) - doubled_area(slices_[std::size_t(s)], kNone);
-    double length = 0;
-    for (const Segment& segment : segments) length += distance(segment.first, segment.second);
-    d.most_excess = Int128(2 * kAreaShare * eps_ * length);
     d.start = std::make_unique<SegmentIndex>(std::move(segments));
     d.found.assign(outline.edges.size(), 0);
     d.first_edge.assign(outline.vertices.size() + 1, 0);
@@ -602,14 +594,13 @@ private:
     return false;
   }
 
-  /// Do slabs and slices stay near to each other, and their areas alike?
-  [[nodiscard]] bool keeps_slices(bool any_area) {
+  /// Do slabs and slices stay near to each other?
+  [[nodiscard]] bool stays_near_slices() {
     const std::vector<std::int32_t>& group = columns_[taken_].group;
-    gains_.clear();
     if (group.size() == 1) {
       for (const Site& site : columns_[taken_].sites) {
         moved_sites_.assign(1, {site, targets_.front()});
-        if (!keeps_slice(0, 1, any_area)) return false;
+        if (!stays_near_slice(0, 1)) return false;
       }
       return true;
     }
@@ -621,12 +612,12 @@ private:
     });
     for (std::size_t i = 0, k = 0; i < moved_sites_.size(); i = k) {
       for (k = i + 1; k < moved_sites_.size() && moved_sites_[k].first.slab == moved_sites_[i].first.slab;) ++k;
-      if (!keeps_slice(i, k, any_area)) return false;
+      if (!stays_near_slice(i, k)) return false;
     }
     return true;
   }
   /// The same for moved_sites_[begin, end), which are of one slab.
-  [[nodiscard]] bool keeps_slice(std::size_t begin, std::size_t end, bool any_area) {
+  [[nodiscard]] bool stays_near_slice(std::size_t begin, std::size_t end) {
     const std::int32_t slab = moved_sites_[begin].first.slab;
     SlabData& d = data(slab);
     const Outline& outline = outlines_[std::size_t(slab)];
@@ -638,28 +629,17 @@ private:
     const NearnessLimits limits{kDeviationShare * eps_, d.most, kResolution};
     before_.clear();
     now_.clear();
-    Int128 gain = 0;  // of twice the area
     for (std::size_t i = begin; i < end; ++i) {
       const auto& [site, to] = moved_sites_[i];
       const std::int32_t vertex = site.vertex;
       const GridPoint target = to;
-      for_each_edge(site, [&](std::size_t e, std::int32_t far) {
+      for_each_edge(site, [&](std::size_t, std::int32_t far) {
         const GridPoint* far_to = moved_to(far);
         if (far_to != nullptr && far < vertex) return;  // once
         before_.emplace_back(site_point(slab, vertex), site_point(slab, far));
         now_.emplace_back(target, far_to != nullptr ? *far_to : site_point(slab, far));
-        const Outline::Edge& edge = outline.edges[e];
-        const int sides = (edge.left != kNone ? 1 : 0) - (edge.right != kNone ? 1 : 0);
-        const auto term = [](const Segment& s) {
-          return Int128(s.first.x) * s.second.y - Int128(s.first.y) * s.second.x;
-        };
-        gain += (edge.a == vertex ? sides : -sides) * (term(now_.back()) - term(before_.back()));
       });
     }
-    const Int128 excess = d.excess + gain;
-    const auto size = [](Int128 v) { return v < 0 ? -v : v; };
-    if (!any_area && size(excess) > d.most_excess && size(excess) > size(d.excess)) return false;
-    gains_.emplace_back(slab, gain);
     for (const Segment& edge : now_)
       if (!d.slice->is_near(edge, limits, &listen_)) return false;
     // Other edges of the contour that may be nearest to a part of the slice.
@@ -681,7 +661,6 @@ private:
   static constexpr double kReachShare = 1;            // of eps
   static constexpr double kClearShare = 0.45;         // of eps: what is nearer than this does not get nearer
   static constexpr double kDeviationShare = 0.985;    // of eps ...
-  static constexpr double kAreaShare = 0.005;         // of eps, times the length of a contour: what its area may change
   static constexpr double kResolution = 1.0 / 64;     // ... with half of this share more, still below eps
 
   const std::vector<Outline>& slices_;
@@ -711,7 +690,6 @@ private:
   std::vector<std::int32_t> own_, other_;                // chains in question
   std::vector<std::pair<Site, GridPoint>> moved_sites_;  // and where they go
   std::vector<Segment> before_, now_;
-  std::vector<std::pair<std::int32_t, Int128>> gains_;  // slabs, and twice the area that they gain
 };
 
 }  // namespace slice2mesh::detail
