@@ -79,8 +79,9 @@ public:
       for (; round < last && !exhausted(); ++round) {
         share_ = double(round) / double(options_.rounds);
         report(progress_, Stage::Improve, share_);
-        const std::size_t done = flip_round() + smooth_round() + column_round() + collapse_round();
+        const std::size_t done = flip_round() + smooth_round() + column_round(round) + collapse_round();
         most = std::max(most, done);
+        if (round < kFirstColumnRound && columns_) continue;
         if (done == 0 || (floor == kBad && double(done) < kLittle * double(most))) break;
       }
     }
@@ -690,8 +691,8 @@ private:
     }
     return sum;
   }
-  /// Moves a column down the gradient of the cost, or else along its contour. For what is bad areas do not count.
-  bool smooth_column(std::size_t index, bool any_area) {
+  /// Moves a column down the gradient of the cost, or else along its contour.
+  bool smooth_column(std::size_t index) {
     take_column(index);
     const GridPoint from = columns_->place(index);
     double current = 0, shortest = std::numeric_limits<double>::infinity();
@@ -717,20 +718,20 @@ private:
       const double g = std::hypot(gx, gy);
       put(before_);
       if (!std::isfinite(g) || g == 0) return false;
-      if (column_descends(index, -gx / g, -gy / g, shortest, current, any_area)) return true;
+      if (column_descends(index, -gx / g, -gy / g, shortest, current)) return true;
       slope = (gx * tx + gy * ty) / g;
       if (!(std::fabs(slope) > kLeastSlope)) return false;
     }
-    return column_descends(index, -std::copysign(tx, slope), -std::copysign(ty, slope), shortest, current, any_area);
+    return column_descends(index, -std::copysign(tx, slope), -std::copysign(ty, slope), shortest, current);
   }
   /// Tries steps in one direction, the longest first.
-  bool column_descends(std::size_t index, double dx, double dy, double shortest, double current, bool any_area) {
+  bool column_descends(std::size_t index, double dx, double dy, double shortest, double current) {
     const GridPoint from = columns_->place(index);
     const double least = (1 - kLeastGain) * current;
     double step = std::min(0.3 * shortest, columns_->reach());
     for (int k = 0; k < kStepSizes; ++k, step *= 0.4) {
       if (column_cost_at({from.x + std::llround(step * dx), from.y + std::llround(step * dy)}, least) < least &&
-          all_positive(star_) && columns_->may_move(any_area)) {
+          all_positive(star_) && columns_->may_move()) {
         columns_->moved();
         ++stamp_;
         for (const std::int32_t t : star_) {
@@ -743,11 +744,12 @@ private:
     }
     return false;
   }
-  std::size_t column_round() {
-    if (!columns_) return 0;
+  /// Contours move only where elements are bad after other means had their turn: elsewhere they stay what they are.
+  std::size_t column_round(std::int32_t round) {
+    if (!columns_ || round < kFirstColumnRound) return 0;
     std::vector<double> worst(columns_->size(), 0);
     for (std::size_t t = 0; t < mesh_.tets.size(); ++t)
-      if (alive(std::int32_t(t)) && badness_[t] > floor_)
+      if (alive(std::int32_t(t)) && badness_[t] > std::max(kBad, floor_))
         for (const std::int32_t v : mesh_.tets[t])
           if (columns_->of(v) != kNone) {
             double& w = worst[std::size_t(columns_->of(v))];
@@ -766,7 +768,7 @@ private:
     for (const auto& [w, i] : order) {
       poll();
       if (exhausted()) break;
-      if (smooth_column(std::size_t(i), worst[std::size_t(i)] > kBad)) ++done;
+      if (smooth_column(std::size_t(i))) ++done;
       tried_column_[std::size_t(i)] = stamp_;
     }
     return done;
@@ -947,10 +949,11 @@ private:
     }
   }
 
-  static constexpr double kLookAtAngles = 3.5;    ///< R/3r; angles of better tets are not small
-  static constexpr double kAngleWeight = 0.6;     ///< over the sine of a dihedral angle: 4 degrees are as bad as 8.6
-  static constexpr double kVeryBad = 8;           ///< R/3r
-  static constexpr double kBad = 3;               ///< R/3r; what is above is worked on first
+  static constexpr double kLookAtAngles = 3.5;  ///< R/3r; angles of better tets are not small
+  static constexpr double kAngleWeight = 0.6;   ///< over the sine of a dihedral angle: 4 degrees are as bad as 8.6
+  static constexpr double kVeryBad = 8;         ///< R/3r
+  static constexpr double kBad = 3;             ///< R/3r; what is above is worked on first
+  static constexpr std::int32_t kFirstColumnRound = 2;
   static constexpr double kLittle = 0.4;          ///< of the operations of the best round: what is bad has had its turn
   static constexpr double kLeastGain = 3e-3;      ///< share of the cost that a flip or a move has to gain
   static constexpr int kStepSizes = 4;            ///< of a move, each 0.4 of the one before
