@@ -205,8 +205,8 @@ void add_meshing_options(CLI::App& app, slice2mesh::Options& options) {
       ->group(elements);
 
   app.add_flag_callback(
-         "--keep-contours", [&options] { options.improve.move_contours = false; },
-         "Improvement leaves contours as harmonization made them")
+         "--move-contours", [&options] { options.improve.move_contours = true; },
+         "Improvement moves contours within --eps, where elements are bad")
       ->group(elements);
 
   app.add_flag_callback(

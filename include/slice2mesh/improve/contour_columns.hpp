@@ -254,7 +254,7 @@ private:
         }
   }
   void find_columns() {
-    enum : char { kEnd = 1, kInterior = 2, kTwice = 4 };
+    enum : char { End = 1, Interior = 2, Twice = 4 };
     std::vector<char> role(points_.size(), 0);
     std::vector<std::int32_t> parent(points_.size());
     std::iota(parent.begin(), parent.end(), 0);
@@ -271,7 +271,7 @@ private:
       for_each_chain([&](const Chain& c, const auto& chain) {
         const std::array<std::int32_t, 2> ends{chain.front(), chain.back()};
         for (std::size_t k = 0; k < 2; ++k) {
-          role[std::size_t(ends[k])] |= kEnd;
+          role[std::size_t(ends[k])] |= End;
           if (c.top != 0) parent[std::size_t(root(bottom[k]))] = root(ends[k]);
         }
         bottom = ends;
@@ -279,15 +279,15 @@ private:
           const auto v = std::size_t(chain[i]);
           const std::array<std::int32_t, 2> next{std::min(chain[i - 1], chain[i + 1]),
                                                  std::max(chain[i - 1], chain[i + 1])};
-          if ((role[v] & kInterior) != 0 && between[v] != next) role[v] |= kTwice;
-          role[v] |= kInterior;
+          if ((role[v] & Interior) != 0 && between[v] != next) role[v] |= Twice;
+          role[v] |= Interior;
           between[v] = next;
         }
       });
     }
     column_of_.assign(points_.size(), kNone);
     for (std::size_t v = 0; v < points_.size(); ++v) {
-      if ((role[v] & (kEnd | kTwice)) == 0) continue;  // a split, or in the interior
+      if ((role[v] & (End | Twice)) == 0) continue;  // a split, or in the interior
       const std::int32_t r = root(std::int32_t(v));
       std::int32_t column = column_of_[std::size_t(r)];
       if (column == kNone) {

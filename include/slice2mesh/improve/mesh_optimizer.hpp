@@ -82,7 +82,7 @@ public:
         const std::size_t done = flip_round() + smooth_round() + column_round(round) + collapse_round();
         most = std::max(most, done);
         if (round < kFirstColumnRound && columns_) continue;
-        if (done == 0 || (floor == kBad && double(done) < kLittle * double(most))) break;
+        if (done == 0 || (columns_ && floor == kBad && double(done) < kLittle * double(most))) break;
       }
     }
     report(progress_, Stage::Improve, 1);
