@@ -171,12 +171,16 @@ TEST_CASE("improvement leaves no sliver where vertices are free to move") {
 }
 
 TEST_CASE("improving twice from the same start gives the same mesh") {
-  Filled one = fill(random_stack(7)), two = fill(random_stack(7));
-  improve(one);
-  improve(two);
-  CHECK(one.mesh.vertices == two.mesh.vertices);
-  CHECK(one.mesh.tets == two.mesh.tets);
-  CHECK(one.plc.facets.size() == two.plc.facets.size());
+  for (const bool move : {false, true}) {
+    ImproveOptions options;
+    options.move_contours = move;
+    Filled one = fill(random_stack(7)), two = fill(random_stack(7));
+    improve(one, options);
+    improve(two, options);
+    CHECK(one.mesh.vertices == two.mesh.vertices);
+    CHECK(one.mesh.tets == two.mesh.tets);
+    CHECK(one.plc.facets.size() == two.plc.facets.size());
+  }
 }
 
 TEST_CASE("no rounds, exact mode and meshes with other vertices are left as they are") {

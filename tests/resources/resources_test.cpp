@@ -56,20 +56,25 @@ public:
 }  // namespace
 
 TEST_CASE("progress comes from every stage, in their order, with shares that grow from 0 to 1") {
-  Options options;
-  options.slabs.lump = 2;  // so that the estimates unite all slices
-  const std::vector<Call> calls = calls_of(sample(), options);
-  std::set<Stage> seen;
-  for (std::size_t i = 0; i < calls.size(); ++i) {
-    seen.insert(calls[i].stage);
-    CHECK(calls[i].share >= 0);
-    CHECK(calls[i].share <= 1);
-    if (i > 0 && calls[i].stage == calls[i - 1].stage) CHECK(calls[i].share >= calls[i - 1].share);
-  }
-  for (const Stage stage : {Stage::Regions, Stage::Harmonize, Stage::Triangulate, Stage::Plc, Stage::Tetrahedralize,
-                            Stage::Improve, Stage::Certify, Stage::Quality, Stage::Fem}) {
-    INFO(to_string(stage));
-    CHECK(seen.count(stage) == 1);
+  for (const bool move : {false, true}) {
+    Options options;
+    options.slabs.lump = 2;  // so that the estimates unite all slices
+    options.improve.move_contours = move;
+    const std::vector<Call> calls = calls_of(sample(), options);
+    std::set<Stage> seen;
+    for (std::size_t i = 0; i < calls.size(); ++i) {
+      seen.insert(calls[i].stage);
+      CHECK(calls[i].share >= 0);
+      CHECK(calls[i].share <= 1);
+      if (i == 0) continue;
+      CHECK(calls[i].stage >= calls[i - 1].stage);
+      if (calls[i].stage == calls[i - 1].stage) CHECK(calls[i].share >= calls[i - 1].share);
+    }
+    for (const Stage stage : {Stage::Regions, Stage::Harmonize, Stage::Triangulate, Stage::Plc, Stage::Tetrahedralize,
+                              Stage::Improve, Stage::Certify, Stage::Quality, Stage::Fem}) {
+      INFO(to_string(stage));
+      CHECK(seen.count(stage) == 1);
+    }
   }
 }
 

@@ -17,11 +17,19 @@
 
 namespace slice2mesh {
 
-namespace detail {
-
-/// See `improve`. `slices`: nullptr where contours stay.
-inline bool improve(Contours& contours, const std::vector<Outline>* slices, PlaneStack& stack, Plc& plc, Mesh& mesh,
-                    const ImproveOptions& options, const Progress& progress) {
+/// Improves a mesh that fills a complex by flips inside of its slabs, by moving and collapsing vertices in their
+/// planes, and with `ImproveOptions::move_contours` by moving contour vertices within the tolerance; contours, planes,
+/// complex and mesh are changed together. Every tet stays in its slab and region, every wall vertical, every tet
+/// positive (decided exactly); contours stay where they are, or within `contours.tolerance` of their slices (both ways;
+/// `contours.deviation` is measured again). Deterministic.
+///
+/// Precondition: `contours` were made from `regions`, `plc` is
+/// `build_plc(contours, stack.meshes, stack.slab_planes)`, and `mesh` fills it with its vertices, in their order, and
+/// no others. A mesh with other vertices stays as it is, and so does one of exact mode, which promises no quality.
+/// Returns whether it was worked on. Errors: OptionError, Cancelled. Cost: bounded by ImproveOptions::most_work, apart
+/// from a linear part.
+inline bool improve(const LayerRegions& regions, Contours& contours, PlaneStack& stack, Plc& plc, Mesh& mesh,
+                    const ImproveOptions& options, const Progress& progress = {}) {
   if (options.rounds < 0) throw OptionError("improve.rounds", "must be 0 or more");
   if (!(options.target >= 1)) throw OptionError("improve.target", "must be at least 1");
   if (!(options.collapse_above >= 1)) throw OptionError("improve.collapse_above", "must be at least 1");
@@ -31,15 +39,16 @@ inline bool improve(Contours& contours, const std::vector<Outline>* slices, Plan
     if (mesh.vertices[v] != plc.position(v)) return false;
   const std::function<void()> poll = [&] { report(progress, Stage::Improve, 1); };
   {
-    MeshOptimizer optimizer(contours, slices, stack, mesh, options, progress);
+    detail::MeshOptimizer optimizer(contours, options.move_contours ? &regions.outlines : nullptr, stack, mesh, options,
+                                    progress);
     optimizer.run();
-    if (const ContourColumns* columns = optimizer.columns()) {
+    if (const detail::ContourColumns* columns = optimizer.columns()) {
       contours.outlines = columns->outlines();
       const double eps = contours.tolerance / contours.grid.pitch;
       for (std::size_t s = 0; s < contours.outlines.size(); ++s)
         if (columns->touched()[s])
           contours.deviation[s] =
-              measured_deviation(contours.outlines[s], (*slices)[s], eps, poll) * contours.grid.pitch;
+              detail::measured_deviation(contours.outlines[s], regions.outlines[s], eps, poll) * contours.grid.pitch;
     }
   }
   poll();
@@ -49,24 +58,6 @@ inline bool improve(Contours& contours, const std::vector<Outline>* slices, Plan
   for (std::size_t v = 0; v < plc.vertices.size(); ++v) mesh.vertices.push_back(plc.position(v));
   mesh.facets = plc.facets;
   return true;
-}
-
-}  // namespace detail
-
-/// Improves a mesh that fills a complex by flips inside of its slabs, by moving and collapsing vertices in their
-/// planes, and by moving contour vertices within the tolerance; contours, planes, complex and mesh are changed
-/// together. Every tet stays in its slab and region, every wall vertical, every contour within `contours.tolerance` of
-/// its slice (both ways; `contours.deviation` is measured again), every tet positive (decided exactly). Deterministic.
-///
-/// Precondition: `contours` were made from `regions`, `plc` is
-/// `build_plc(contours, stack.meshes, stack.slab_planes)`, and `mesh` fills it with its vertices, in their order, and
-/// no others. A mesh with other vertices stays as it is, and so does one of exact mode, which promises no quality.
-/// Returns whether it was worked on. Errors: OptionError, Cancelled. Cost: bounded by ImproveOptions::most_work, apart
-/// from a linear part.
-inline bool improve(const LayerRegions& regions, Contours& contours, PlaneStack& stack, Plc& plc, Mesh& mesh,
-                    const ImproveOptions& options, const Progress& progress = {}) {
-  return detail::improve(contours, options.move_contours ? &regions.outlines : nullptr, stack, plc, mesh, options,
-                         progress);
 }
 
 }  // namespace slice2mesh

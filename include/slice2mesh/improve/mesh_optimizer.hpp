@@ -85,7 +85,8 @@ public:
         if (done == 0 || (columns_ && floor == kBad && double(done) < kLittle * double(most))) break;
       }
     }
-    report(progress_, Stage::Improve, 1);
+    share_ = 1;
+    report(progress_, Stage::Improve, share_);
     write_back();
   }
 
@@ -547,19 +548,29 @@ private:
       }
     }
   }
+  /// The cost of tets; infinite if one is not positive, or as soon as it reaches `limit`.
+  double cost_of(const std::vector<std::int32_t>& tets, double limit) {
+    double sum = 0;
+    for (const std::int32_t t : tets) {
+      const double r = badness(mesh_.tets[std::size_t(t)]);
+      sum += cost(r);
+      if (!std::isfinite(r) || !(sum < limit)) return std::numeric_limits<double>::infinity();
+    }
+    return sum;
+  }
+  /// Vertices of these tets were moved.
+  void rate_again(const std::vector<std::int32_t>& tets) {
+    ++stamp_;
+    for (const std::int32_t t : tets) {
+      badness_[std::size_t(t)] = badness(mesh_.tets[std::size_t(t)]);
+      for (const std::int32_t u : mesh_.tets[std::size_t(t)]) changed_[std::size_t(u)] = stamp_;
+    }
+  }
   /// The cost of the tets around v if v were at p; infinite if one is not positive, or as soon as it reaches `limit`.
   double cost_at(std::int32_t v, const GridPoint& p, double limit) {
     const GridPoint before = point(v);
     set_point(v, p);
-    double sum = 0;
-    for (const std::int32_t t : at_[std::size_t(v)]) {
-      const double r = badness(mesh_.tets[std::size_t(t)]);
-      sum += cost(r);
-      if (!std::isfinite(r) || !(sum < limit)) {
-        sum = std::numeric_limits<double>::infinity();
-        break;
-      }
-    }
+    const double sum = cost_of(at_[std::size_t(v)], limit);
     set_point(v, before);
     return sum;
   }
@@ -574,11 +585,7 @@ private:
       set_point(v, before);
       return false;
     }
-    ++stamp_;
-    for (const std::int32_t t : at_[std::size_t(v)]) {
-      badness_[std::size_t(t)] = badness(mesh_.tets[std::size_t(t)]);
-      for (const std::int32_t u : mesh_.tets[std::size_t(t)]) changed_[std::size_t(u)] = stamp_;
-    }
+    rate_again(at_[std::size_t(v)]);
     return true;
   }
   /// Looks for a better place: along the contour by pattern search, else down the gradient.
@@ -642,6 +649,20 @@ private:
     if (!(current < (1 - kLeastGain) * initial)) return false;
     return move_to(v, best);
   }
+  /// Tries moves by class, the worst first, and marks when.
+  template <class Try>
+  std::size_t try_all(std::vector<std::pair<int, std::int32_t>>& order, std::vector<std::uint32_t>& tried,
+                      Try&& attempt) {
+    std::sort(order.begin(), order.end());
+    std::size_t done = 0;
+    for (const auto& [r, i] : order) {
+      poll();
+      if (exhausted()) break;
+      if (attempt(i)) ++done;
+      tried[std::size_t(i)] = stamp_;
+    }
+    return done;
+  }
   std::size_t smooth_round() {
     // Movable vertices of bad tets.
     std::vector<double> worst(points_.size(), 0);
@@ -653,15 +674,7 @@ private:
     for (std::size_t v = 0; v < points_.size(); ++v)
       if (worst[v] > 0 && kind_[v] != Kind::Fixed && changed_[v] > tried_smooth_[v])
         order.emplace_back(rank(worst[v]), std::int32_t(v));
-    std::sort(order.begin(), order.end());
-    std::size_t done = 0;
-    for (const auto& [w, v] : order) {
-      poll();
-      if (exhausted()) break;
-      if (smooth(v)) ++done;
-      tried_smooth_[std::size_t(v)] = stamp_;
-    }
-    return done;
+    return try_all(order, tried_smooth_, [&](std::int32_t v) { return smooth(v); });
   }
 
   // --- moves of contours
@@ -683,13 +696,7 @@ private:
   double column_cost_at(const GridPoint& p, double limit) {
     if (!columns_->places(p, after_)) return std::numeric_limits<double>::infinity();
     put(after_);
-    double sum = 0;
-    for (const std::int32_t t : star_) {
-      const double r = badness(mesh_.tets[std::size_t(t)]);
-      sum += cost(r);
-      if (!std::isfinite(r) || !(sum < limit)) return std::numeric_limits<double>::infinity();
-    }
-    return sum;
+    return cost_of(star_, limit);
   }
   /// Moves a column down the gradient of the cost, or else along its contour.
   bool smooth_column(std::size_t index) {
@@ -733,11 +740,7 @@ private:
       if (column_cost_at({from.x + std::llround(step * dx), from.y + std::llround(step * dy)}, least) < least &&
           all_positive(star_) && columns_->may_move()) {
         columns_->moved();
-        ++stamp_;
-        for (const std::int32_t t : star_) {
-          badness_[std::size_t(t)] = badness(mesh_.tets[std::size_t(t)]);
-          for (const std::int32_t u : mesh_.tets[std::size_t(t)]) changed_[std::size_t(u)] = stamp_;
-        }
+        rate_again(star_);
         return true;
       }
       put(before_);
@@ -763,15 +766,7 @@ private:
       for (const std::int32_t v : columns_->vertices(i)) last = std::max(last, changed_[std::size_t(v)]);
       if (last > tried_column_[i]) order.emplace_back(rank(worst[i]), std::int32_t(i));
     }
-    std::sort(order.begin(), order.end());
-    std::size_t done = 0;
-    for (const auto& [w, i] : order) {
-      poll();
-      if (exhausted()) break;
-      if (smooth_column(std::size_t(i))) ++done;
-      tried_column_[std::size_t(i)] = stamp_;
-    }
-    return done;
+    return try_all(order, tried_column_, [&](std::int32_t i) { return smooth_column(std::size_t(i)); });
   }
 
   // --- collapses
@@ -953,7 +948,7 @@ private:
   static constexpr double kAngleWeight = 0.6;   ///< over the sine of a dihedral angle: 4 degrees are as bad as 8.6
   static constexpr double kVeryBad = 8;         ///< R/3r
   static constexpr double kBad = 3;             ///< R/3r; what is above is worked on first
-  static constexpr std::int32_t kFirstColumnRound = 2;
+  static constexpr std::int32_t kFirstColumnRound = 2;  ///< from 0; flips and free vertices have their turn before
   static constexpr double kLittle = 0.4;          ///< of the operations of the best round: what is bad has had its turn
   static constexpr double kLeastGain = 3e-3;      ///< share of the cost that a flip or a move has to gain
   static constexpr int kStepSizes = 4;            ///< of a move, each 0.4 of the one before

@@ -220,6 +220,7 @@ SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& o
   harmonize_options.contour_size = sizes.contour_size;
   Contours contours = harmonize(regions, harmonize_options, result.diagnostics, progress);
   slice2mesh::report(progress, Stage::Harmonize, 1);
+  report.separation = measure_separation(contours, progress);
   clock.done(Stage::Harmonize);
   PlaneStack planes = triangulate_planes(contours, sizes, options.budget, progress);
   clock.done(Stage::Triangulate);
@@ -233,9 +234,10 @@ SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& o
   if (options.budget.max_tets > 0 && static_cast<std::int64_t>(result.mesh.tets.size()) > options.budget.max_tets)
     throw BudgetError(Stage::Tetrahedralize, "the mesh needs more tets than max_tets");
   clock.done(Stage::Tetrahedralize);
-  if (traits.facets == FacetKeeping::Exactly)
-    improve(regions, contours, planes, result.plc, result.mesh, options.improve, progress);
-  report.separation = measure_separation(contours, progress);
+  if (traits.facets == FacetKeeping::Exactly &&
+      improve(regions, contours, planes, result.plc, result.mesh, options.improve, progress) &&
+      options.improve.move_contours)
+    report.separation = measure_separation(contours, progress, Stage::Improve);
   note_separation(report.separation, contours.slabs, result.diagnostics);
   clock.done(Stage::Improve);
   slice2mesh::report(progress, Stage::Certify, 0);
