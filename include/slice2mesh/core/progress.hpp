@@ -22,6 +22,15 @@ inline void report(const Progress& progress, Stage stage, double share) {
 
 namespace detail {
 
+/// A listener that hears of `stage` whatever stage is told: for work of an earlier one that is done within it. Errors:
+/// Cancelled, of that stage.
+[[nodiscard]] inline Progress within(const Progress& progress, Stage stage) {
+  return [progress, stage](Stage, double share) {
+    report(progress, stage, share);
+    return true;
+  };
+}
+
 /// Calls a function once in so many steps of work; what it throws ends the work. Nothing is called where it is empty.
 class Poll {
 public:

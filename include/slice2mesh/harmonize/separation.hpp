@@ -279,16 +279,15 @@ struct SeparationCollector {
 }
 
 /// Measures what harmonization aims at: how near contours of different layers come to each other in the planes where
-/// they meet, and each contour to itself. Distances and angles are rounded doubles. `stage`: the one that made the
-/// contours what they are, as whose end this is reported. Errors: Cancelled, by the listener.
+/// they meet, and each contour to itself. Distances and angles are rounded doubles. Errors: Cancelled, by the listener.
 /// Cost: O(n log n).
-[[nodiscard]] inline SeparationReport measure_separation(const Contours& contours, const Progress& progress = {},
-                                                         Stage stage = Stage::Harmonize) {
+[[nodiscard]] inline SeparationReport measure_separation(const Contours& contours, const Progress& progress = {}) {
   SeparationReport report;
   report.tolerance = contours.tolerance;
   std::vector<std::array<std::int32_t, 2>> slab_planes;
   const auto planes = plane_slabs(contours.slabs, slab_planes);
-  const std::function<void()> poll = [&] { slice2mesh::report(progress, stage, 1); };
+  // Reported as the end of the stage whose result is measured.
+  const std::function<void()> poll = [&] { slice2mesh::report(progress, Stage::Harmonize, 1); };
   for (std::size_t k = 0; k < planes.size(); ++k) {
     poll();
     const auto [below, above] = planes[k];

@@ -237,7 +237,7 @@ SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& o
   if (traits.facets == FacetKeeping::Exactly &&
       improve(regions, contours, planes, result.plc, result.mesh, options.improve, progress) &&
       options.improve.move_contours)
-    report.separation = measure_separation(contours, progress, Stage::Improve);
+    report.separation = measure_separation(contours, detail::within(progress, Stage::Improve));
   note_separation(report.separation, contours.slabs, result.diagnostics);
   clock.done(Stage::Improve);
   slice2mesh::report(progress, Stage::Certify, 0);
@@ -262,9 +262,9 @@ SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& o
   clock.done(Stage::Quality);
 
   slice2mesh::report(progress, Stage::Fem, 0);
-  report.estimates =
-      estimate_slicing(result.plc, options.finer_slices ? finer_slices(stack, plan, options.slabs, progress)
-                                                        : std::vector<FinerSlice>());
+  report.estimates = estimate_slicing(
+      result.plc, options.finer_slices ? finer_slices(stack, plan, options.slabs, detail::within(progress, Stage::Fem))
+                                       : std::vector<FinerSlice>());
   clock.done(Stage::Fem);
 
   report.z_convention = plan.convention;
