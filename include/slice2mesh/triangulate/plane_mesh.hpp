@@ -315,6 +315,36 @@ private:
     } while (++e != begin);
     return false;
   }
+  /// Flips the edges at a new vertex that are not Delaunay, and those that become so by it. CGAL looks only at the edges
+  /// opposite to a new vertex: those at it are Delaunay if it lies in the circumcircles of the triangles that it splits.
+  /// A point that was rounded to beside a short edge may not: the circle through the edge and a vertex far away reaches
+  /// over the edge by less than a pitch.
+  void flip_spokes(Cdt::Vertex_handle v, std::vector<std::int32_t>& queue) {
+    std::vector<std::array<Cdt::Vertex_handle, 2>> stack;
+    Cdt::Vertex_circulator u = cdt_.incident_vertices(v), begin = u;
+    do
+      if (!cdt_.is_infinite(u)) stack.push_back({v, u});
+    while (++u != begin);
+    while (!stack.empty()) {
+      const auto [p, q] = stack.back();
+      stack.pop_back();
+      poll();
+      Cdt::Face_handle f;
+      int i = 0;
+      if (!cdt_.is_edge(p, q, f, i)) continue;
+      if (f->is_constrained(i)) {
+        push_sub(f, i, queue);  // another vertex may lie opposite to it
+        continue;
+      }
+      if (!cdt_.is_flipable(f, i)) continue;
+      const Cdt::Vertex_handle x = f->vertex(i), y = cdt_.mirror_vertex(f, i);
+      cdt_.flip(f, i);
+      for (const Cdt::Vertex_handle end : {p, q}) {
+        stack.push_back({end, x});
+        stack.push_back({end, y});
+      }
+    }
+  }
   /// Splits a piece; false if the grid leaves no room for it.
   bool split(std::int32_t index, std::int32_t encroaching, std::vector<std::int32_t>& queue) {
     const Sub s = subs_[std::size_t(index)];
@@ -354,6 +384,7 @@ private:
       if (!cdt_.is_infinite(c)) c->info() = 2 * s.edge + (left ? 0 : 1);
       if (c->is_constrained(k)) push_sub(c, k, queue);
     } while (++c != begin);
+    if (orientation(a, m, b) != 0) flip_spokes(v, queue);
     queue.push_back(index);
     queue.push_back(t);
     check_budget();
