@@ -149,6 +149,38 @@ TEST_CASE("plain triangulations hold every contour and have no other vertices") 
   CHECK(seen.interior == 0);
 }
 
+TEST_CASE("split points that are rounded to beside a short edge leave every edge Delaunay") {
+  // The vertex opposite to an edge of a few thousand pitches is so far away that the circumcircle reaches over the edge
+  // by less than a pitch. A vertex of the other contour calls for a split, whose point lies beyond.
+  struct Place {
+    GridPoint end, vertex;
+    std::int64_t far;
+  };
+  Contours contours;
+  contours.grid.pitch = 1;
+  contours.thickness = 1;
+  contours.regions.resize(1);
+  contours.slabs = {{0, 1}, {1, 2}};
+  const auto outline = [](std::vector<GridPoint> points) {
+    Outline result;
+    for (std::int32_t v = 0; v < std::int32_t(points.size()); ++v)
+      result.edges.push_back({v, (v + 1) % std::int32_t(points.size()), 0, kNone});
+    result.vertices = std::move(points);
+    return result;
+  };
+  Seen seen;
+  for (const Place& place :
+       {Place{{1968, -1968}, {1104, -1616}, 17179869184}, {{4704, -864}, {2016, -992}, 268435456}}) {
+    INFO("far vertices at " << place.far);
+    const auto [end, v, far] = place;
+    contours.outlines = {outline({{0, 0}, end, {far, far}, {-far, far}}),
+                         outline({v, {v.x - far / 2, -far}, {v.x + far / 2, -far}})};
+    const InterfacePlane plane = lift(contours, 0, 1);
+    check_mesh(contours, plane, triangulate_plane(plane, {}), false, seen);
+  }
+  CHECK(seen.split >= 20);
+}
+
 TEST_CASE("a plane with a budget of vertices throws when it needs more") {
   const Chain chain = run_chain(stack_of({{rectangle(0, 0, 4, 3)}, {rectangle(0, 0, 4, 3)}}));
   PlaneRefinement refinement;

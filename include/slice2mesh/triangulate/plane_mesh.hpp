@@ -315,10 +315,10 @@ private:
     } while (++e != begin);
     return false;
   }
-  /// Flips the edges at a new vertex that are not Delaunay, and those that become so by it. CGAL looks only at the edges
-  /// opposite to a new vertex: those at it are Delaunay if it lies in the circumcircles of the triangles that it splits.
-  /// A point that was rounded to beside a short edge may not: the circle through the edge and a vertex far away reaches
-  /// over the edge by less than a pitch.
+  /// Flips the edges at a new vertex that are not Delaunay, and those that become so by it. CGAL looks only at the
+  /// edges opposite to a new vertex: those at it are Delaunay if it lies in the circumcircles of the triangles that it
+  /// splits. A point that was rounded to beside a short edge may not: the circle through the edge and a vertex far away
+  /// reaches over the edge by less than a pitch.
   void flip_spokes(Cdt::Vertex_handle v, std::vector<std::int32_t>& queue) {
     std::vector<std::array<Cdt::Vertex_handle, 2>> stack;
     Cdt::Vertex_circulator u = cdt_.incident_vertices(v), begin = u;
