@@ -131,6 +131,8 @@ public:
   }
 
 private:
+  // Steps: where thousands of edges meet in a vertex, one thing done at it takes milliseconds.
+  static constexpr std::uint32_t kWorkAtVertex = 256;
   struct Sub {
     std::int32_t a, b;  // same way as the edge of the overlay
     std::int32_t edge;
@@ -181,15 +183,18 @@ private:
     }
   }
   void check_budget() {
-    poll();
+    poll(kWorkAtVertex);
     if (options_.max_vertices > 0 && points_.size() > options_.max_vertices)
       throw BudgetError(Stage::Triangulate, "a plane needs more vertices than max_vertices");
   }
 
   /// Listens to the caller every so many steps.
-  void poll() {
+  void poll(std::uint32_t steps = 1) {
     constexpr std::uint32_t kPollEvery = 1024;
-    if (options_.poll && ++steps_ % kPollEvery == 0) options_.poll();
+    steps_ += steps;
+    if (steps_ < kPollEvery || !options_.poll) return;
+    steps_ = 0;
+    options_.poll();
   }
 
   /// The vertex in the diametral disc of a piece that is nearest to it, of the two opposite ones; kNone if the piece is
@@ -328,7 +333,7 @@ private:
     while (!stack.empty()) {
       const auto [p, q] = stack.back();
       stack.pop_back();
-      poll();
+      poll(kWorkAtVertex);
       Cdt::Face_handle f;
       int i = 0;
       if (!cdt_.is_edge(p, q, f, i)) continue;
@@ -426,6 +431,7 @@ private:
     zone_.clear();
     border_.clear();
     cdt_.get_conflicts_and_boundary(to_cdt_point(p), std::back_inserter(zone_), std::back_inserter(border_), f);
+    poll(std::uint32_t(border_.size()));
     bool clear = true;
     for (const Cdt::Edge& e : border_) {
       const Cdt::Vertex_handle u = e.first->vertex(Cdt::ccw(e.second)), w = e.first->vertex(Cdt::cw(e.second));
