@@ -83,10 +83,18 @@ TEST_CASE("a run is cancelled by any of its calls, and a listener may throw what
   options.size.size = Length::mm(1.5);
   const std::vector<Call> calls = calls_of(sample(), options);
   REQUIRE(calls.size() > 15);
-  // Every call up to forty, the last ten, and about forty more between.
-  const std::size_t step = std::max<std::size_t>(1, calls.size() / 40);
+  // The first and the last call of every stage, and about eighty between them.
+  std::set<std::size_t> stops;
+  std::set<Stage> seen;
+  for (std::size_t i = 0; i < calls.size(); ++i) {
+    seen.insert(calls[i].stage);
+    const bool first = i == 0 || calls[i - 1].stage != calls[i].stage;
+    const bool last = i + 1 == calls.size() || calls[i + 1].stage != calls[i].stage;
+    if (first || last || i < 40 || i % std::max<std::size_t>(1, calls.size() / 40) == 0) stops.insert(i);
+  }
+  REQUIRE(seen.size() >= 8);
   std::set<Stage> cancelled;
-  for (std::size_t stop = 0; stop < calls.size(); stop += stop < 40 || stop + 10 + step >= calls.size() ? 1 : step) {
+  for (const std::size_t stop : stops) {
     CAPTURE(stop);
     std::size_t n = 0;
     options.progress = [&](Stage, double) { return n++ != stop; };
@@ -104,7 +112,7 @@ TEST_CASE("a run is cancelled by any of its calls, and a listener may throw what
     CHECK(thrown.ending == Ending::Foreign);
     CHECK(thrown.message == "enough");
   }
-  CHECK(cancelled.size() >= 8);
+  CHECK(cancelled == seen);
 }
 
 TEST_CASE("the more there is to do, the more often every stage asks whether to go on") {
