@@ -205,8 +205,8 @@ void add_meshing_options(CLI::App& app, slice2mesh::Options& options) {
       ->group(elements);
 
   app.add_flag_callback(
-         "--move-contours", [&options] { options.improve.move_contours = true; },
-         "Improvement moves contours within --eps, where elements are bad")
+         "--keep-contours", [&options] { options.improve.move_contours = false; },
+         "Improvement moves no contour vertex (else within --eps, where elements gain)")
       ->group(elements);
 
   app.add_flag_callback(

@@ -43,6 +43,13 @@ public:
     GridPoint point;
   };
 
+  /// What a move has to keep, each with what is before it.
+  enum class Keep : std::uint8_t {
+    Nearness,  ///< of contours and slices, and what lies on which side of what
+    Walls,     ///< corners and straight walls of slices where harmonization left them
+    Areas      ///< areas of slabs, nearly
+  };
+
   /// Vertices of all planes are counted through, those of plane k from `first[k]` on. `points` (#V) and `gone` (#V: the
   /// vertex that a vertex was merged into, or kNone) are looked at whenever a question is asked. `slices` (#S) are the
   /// regions that the contours were made from; `slices`, `stack`, `first` and `poll` have to outlive this.
@@ -56,6 +63,7 @@ public:
     slabs_of_ = plane_slabs(contours.slabs, planes);
     for (std::size_t s = 0; s < slab_.size(); ++s)
       slab_[s].most = std::max(kDeviationShare * eps_, contours.deviation[s] / contours.grid.pitch);
+    find_shapes();
     find_columns();
     find_groups();
     old_.assign(points_.size(), {});
@@ -63,7 +71,10 @@ public:
   }
 
   [[nodiscard]] std::size_t size() const { return columns_.size(); }
-  [[nodiscard]] bool movable(std::size_t i) const { return !columns_[i].group.empty(); }
+  /// Can a column move at all, and with nothing that has to be kept?
+  [[nodiscard]] bool movable(std::size_t i, Keep keep) const {
+    return !columns_[i].group.empty() && (keep == Keep::Nearness || !columns_[i].corner_moves);
+  }
   /// The column that a vertex of a plane belongs to, or kNone.
   [[nodiscard]] std::int32_t of(std::int32_t v) const { return column_of_[std::size_t(v)]; }
   /// Vertices of a column, all in one place.
@@ -152,7 +163,9 @@ public:
     return true;
   }
   /// May the column that was taken go to the last places given? Precondition: `points` has all of it there.
-  [[nodiscard]] bool may_move() { return stays_near_slices() && way_is_clear(); }
+  [[nodiscard]] bool may_move(Keep keep) {
+    return (keep == Keep::Nearness || walls_stay()) && keeps_slices(keep) && way_is_clear();
+  }
   /// It was moved there.
   void moved() {
     const std::vector<std::int32_t>& group = columns_[taken_].group;
@@ -161,6 +174,7 @@ public:
         outlines_[std::size_t(site.slab)].vertices[std::size_t(site.vertex)] = targets_[k];
         touched_[std::size_t(site.slab)] = 1;
       }
+    for (const auto& [slab, gain] : gains_) slab_[std::size_t(slab)].excess += gain;
   }
 
   /// #S, contours with the columns where they are now.
@@ -190,6 +204,8 @@ private:
   struct Split {
     std::int32_t vertex, from, to;
   };
+  /// Of a contour at a vertex: a corner that is one of the slice, on a straight wall, or neither.
+  enum class Shape : std::uint8_t { Corner, Straight, Curved };
   struct Column {
     std::vector<std::int32_t> vertices;              // of planes
     std::vector<Split> splits;                       // on its edges, next to it
@@ -199,10 +215,14 @@ private:
     std::vector<std::int32_t> followers;             // columns on edges that end here
     std::vector<std::int32_t> group;                 // it and all that follow, ends before what stands between them
     bool sound = true;
+    bool corner = false;        // of a slice
+    bool corner_moves = false;  // with it
   };
   /// What is needed of a slab where something moves; made when that is asked for the first time.
   struct SlabData {
     double most = 0;                      // pitches: deviation that parts of the slice may keep
+    Int128 excess = 0;                    // squared pitches: twice the area, less that of the slice ...
+    Int128 most_excess = 0;               // ... which a move may not bring above this, either way
     std::unique_ptr<SegmentIndex> start;  // edges of the contour where they were at first
     std::unique_ptr<SliceNearness> slice;
     std::vector<std::int32_t> first_edge, edges;  // #V + 1 offsets; edges by vertex
@@ -239,7 +259,49 @@ private:
     }
   }
 
+  [[nodiscard]] static double line_distance(const GridPoint& p, const GridPoint& a, const GridPoint& b) {
+    return std::fabs(double(cross(a, b, p))) / distance(a, b);
+  }
+
   // --- what belongs together
+
+  /// Corners and straight walls, which are seen when they change, are told from what is curved.
+  void find_shapes() {
+    shape_.resize(outlines_.size());
+    line_.resize(outlines_.size());
+    std::vector<GridPoint> slice;
+    for (std::size_t s = 0; s < outlines_.size(); ++s) {
+      const Outline& outline = outlines_[s];
+      shape_[s].assign(outline.vertices.size(), Shape::Corner);
+      line_[s].assign(outline.vertices.size(), {});
+      slice.clear();
+      for (const GridPoint& p : slices_[s].vertices) slice.push_back({round_to_step(p.x), round_to_step(p.y)});
+      std::sort(slice.begin(), slice.end());
+      std::vector<std::uint32_t> degree(outline.vertices.size(), 0);
+      for (const Outline::Edge& e : outline.edges)
+        for (const auto& [v, far] : {std::pair{e.a, e.b}, std::pair{e.b, e.a}}) {
+          const std::uint32_t n = degree[std::size_t(v)]++;
+          if (n < 2) line_[s][std::size_t(v)][n] = outline.vertices[std::size_t(far)];
+        }
+      for (std::size_t v = 0; v < outline.vertices.size(); ++v) {
+        listen_();
+        const GridPoint& p = outline.vertices[v];
+        const auto& [a, b] = line_[s][v];
+        if (degree[v] == 2 && dot(p, a, b) < 0) {
+          if (line_distance(p, a, b) <= kOnLine) {
+            shape_[s][v] = Shape::Straight;
+            continue;
+          }
+          const double turn = std::fabs(double(cross(p, a, b))), ahead = -double(dot(p, a, b));
+          if (turn < kCornerTangent * ahead) {
+            shape_[s][v] = Shape::Curved;
+            continue;
+          }
+        }
+        if (!std::binary_search(slice.begin(), slice.end(), p)) shape_[s][v] = Shape::Curved;
+      }
+    }
+  }
 
   template <class F>
   void for_each_chain(F&& f) {
@@ -308,8 +370,10 @@ private:
       const Outline::Edge& edge = outlines_[std::size_t(c.slab)].edges[std::size_t(c.edge)];
       const std::int32_t a = of(chain.front()), b = of(chain.back());
       for (const auto& [column, v] : {std::pair{a, edge.a}, std::pair{b, edge.b}}) {
-        if (!std::exchange(seen[std::size_t(c.slab)][std::size_t(v)], 1))
+        if (!std::exchange(seen[std::size_t(c.slab)][std::size_t(v)], 1)) {
           columns_[std::size_t(column)].sites.push_back({c.slab, v});
+          if (shape_[std::size_t(c.slab)][std::size_t(v)] == Shape::Corner) columns_[std::size_t(column)].corner = true;
+        }
         if (a == b) columns_[std::size_t(column)].sound = false;
       }
       const std::array<std::int32_t, 2> line{std::min(a, b), std::max(a, b)};
@@ -387,7 +451,10 @@ private:
           more = true;
         }
       }
-      if (group.size() == set.size()) columns_[i].group = std::move(group);
+      if (group.size() != set.size()) continue;
+      columns_[i].corner_moves =
+          std::any_of(group.begin(), group.end(), [&](std::int32_t c) { return columns_[std::size_t(c)].corner; });
+      columns_[i].group = std::move(group);
     }
   }
 
@@ -438,6 +505,13 @@ private:
       segments.emplace_back(home_[std::size_t(of(first + c.front()))], home_[std::size_t(of(first + c.back()))]);
     }
     d.slice = std::make_unique<SliceNearness>(slices_[std::size_t(s)]);
+    d.excess = doubled_area(outline, kNone) - doubled_area(slices_[std::size_t(s)], kNone);
+    double length = 0;  // of what is curved
+    for (std::size_t e = 0; e < segments.size(); ++e)
+      if (shape_[std::size_t(s)][std::size_t(outline.edges[e].a)] == Shape::Curved ||
+          shape_[std::size_t(s)][std::size_t(outline.edges[e].b)] == Shape::Curved)
+        length += distance(segments[e].first, segments[e].second);
+    d.most_excess = Int128(2 * kAreaShare * eps_ * length);
     d.start = std::make_unique<SegmentIndex>(std::move(segments));
     d.found.assign(outline.edges.size(), 0);
     d.first_edge.assign(outline.vertices.size() + 1, 0);
@@ -594,13 +668,26 @@ private:
     return false;
   }
 
-  /// Do slabs and slices stay near to each other?
-  [[nodiscard]] bool stays_near_slices() {
+  /// Do vertices of straight walls stay on their lines?
+  [[nodiscard]] bool walls_stay() const {
     const std::vector<std::int32_t>& group = columns_[taken_].group;
+    for (std::size_t k = 0; k < group.size(); ++k)
+      for (const Site& site : columns_[std::size_t(group[k])].sites) {
+        const auto slab = std::size_t(site.slab), v = std::size_t(site.vertex);
+        if (shape_[slab][v] != Shape::Straight) continue;
+        const auto& [a, b] = line_[slab][v];
+        if (line_distance(targets_[k], a, b) > kOnLine) return false;
+      }
+    return true;
+  }
+  /// Do slabs and slices stay near to each other, and their areas alike?
+  [[nodiscard]] bool keeps_slices(Keep keep) {
+    const std::vector<std::int32_t>& group = columns_[taken_].group;
+    gains_.clear();
     if (group.size() == 1) {
       for (const Site& site : columns_[taken_].sites) {
         moved_sites_.assign(1, {site, targets_.front()});
-        if (!stays_near_slice(0, 1)) return false;
+        if (!keeps_slice(0, 1, keep)) return false;
       }
       return true;
     }
@@ -612,12 +699,12 @@ private:
     });
     for (std::size_t i = 0, k = 0; i < moved_sites_.size(); i = k) {
       for (k = i + 1; k < moved_sites_.size() && moved_sites_[k].first.slab == moved_sites_[i].first.slab;) ++k;
-      if (!stays_near_slice(i, k)) return false;
+      if (!keeps_slice(i, k, keep)) return false;
     }
     return true;
   }
   /// The same for moved_sites_[begin, end), which are of one slab.
-  [[nodiscard]] bool stays_near_slice(std::size_t begin, std::size_t end) {
+  [[nodiscard]] bool keeps_slice(std::size_t begin, std::size_t end, Keep keep) {
     const std::int32_t slab = moved_sites_[begin].first.slab;
     SlabData& d = data(slab);
     const Outline& outline = outlines_[std::size_t(slab)];
@@ -629,17 +716,28 @@ private:
     const NearnessLimits limits{kDeviationShare * eps_, d.most, kResolution};
     before_.clear();
     now_.clear();
+    Int128 gain = 0;  // of twice the area
     for (std::size_t i = begin; i < end; ++i) {
       const auto& [site, to] = moved_sites_[i];
       const std::int32_t vertex = site.vertex;
       const GridPoint target = to;
-      for_each_edge(site, [&](std::size_t, std::int32_t far) {
+      for_each_edge(site, [&](std::size_t e, std::int32_t far) {
         const GridPoint* far_to = moved_to(far);
         if (far_to != nullptr && far < vertex) return;  // once
         before_.emplace_back(site_point(slab, vertex), site_point(slab, far));
         now_.emplace_back(target, far_to != nullptr ? *far_to : site_point(slab, far));
+        const Outline::Edge& edge = outline.edges[e];
+        const int sides = (edge.left != kNone ? 1 : 0) - (edge.right != kNone ? 1 : 0);
+        const auto term = [](const Segment& s) {
+          return Int128(s.first.x) * s.second.y - Int128(s.first.y) * s.second.x;
+        };
+        gain += (edge.a == vertex ? sides : -sides) * (term(now_.back()) - term(before_.back()));
       });
     }
+    const Int128 excess = d.excess + gain;
+    const auto size = [](Int128 v) { return v < 0 ? -v : v; };
+    if (keep == Keep::Areas && size(excess) > d.most_excess && size(excess) > size(d.excess)) return false;
+    gains_.emplace_back(slab, gain);
     for (const Segment& edge : now_)
       if (!d.slice->is_near(edge, limits, &listen_)) return false;
     // Other edges of the contour that may be nearest to a part of the slice.
@@ -656,12 +754,15 @@ private:
     return d.slice->stays_covered(before_, now_, limits, &listen_);
   }
 
-  static constexpr std::size_t kPollEvery = 1 << 14;  // edges looked at
-  static constexpr std::size_t kLargestGroup = 24;    // columns that move at once
-  static constexpr double kReachShare = 1;            // of eps
-  static constexpr double kClearShare = 0.45;         // of eps: what is nearer than this does not get nearer
-  static constexpr double kDeviationShare = 0.985;    // of eps ...
-  static constexpr double kResolution = 1.0 / 64;     // ... with half of this share more, still below eps
+  static constexpr std::size_t kPollEvery = 1 << 14;            // edges looked at
+  static constexpr double kCornerTangent = 0.5773502691896258;  // of 30 degrees
+  static constexpr std::size_t kLargestGroup = 24;              // columns that move at once
+  static constexpr double kReachShare = 1;                      // of eps
+  static constexpr double kClearShare = 0.45;                   // of eps: what is nearer than this does not get nearer
+  static constexpr double kDeviationShare = 0.985;              // of eps ...
+  static constexpr double kAreaShare = 0.005;                   // of eps, times the length of what is curved: of area
+  static constexpr double kOnLine = 2 * double(kContourStep);   // pitches: as near is on a line
+  static constexpr double kResolution = 1.0 / 64;               // ... with half of this share more, still below eps
 
   const std::vector<Outline>& slices_;
   const PlaneStack& stack_;
@@ -671,6 +772,8 @@ private:
   Poll listen_;
   double eps_;                                                   // pitches
   std::vector<Outline> outlines_;                                // #S
+  std::vector<std::vector<Shape>> shape_;                        // #S, by vertex
+  std::vector<std::vector<std::array<GridPoint, 2>>> line_;      // #S, by vertex: its neighbors at first
   std::vector<char> touched_;                                    // #S
   std::vector<SlabData> slab_;                                   // #S
   std::vector<std::pair<std::int32_t, std::int32_t>> slabs_of_;  // #P: slab below, slab above
@@ -690,6 +793,7 @@ private:
   std::vector<std::int32_t> own_, other_;                // chains in question
   std::vector<std::pair<Site, GridPoint>> moved_sites_;  // and where they go
   std::vector<Segment> before_, now_;
+  std::vector<std::pair<std::int32_t, Int128>> gains_;  // slabs, and twice the area that they gain
 };
 
 }  // namespace slice2mesh::detail

@@ -452,7 +452,7 @@ private:
     for (const std::int32_t v : mesh_.tets[std::size_t(other)])
       if (v != a && v != b && v != c) e = v;
     if (plane(d) == plane(e)) return;
-    if (volume({a, b, c, d}) < 0) std::swap(b, c);
+    if (is_odd((i + 1) % 4, (i + 2) % 4, (i + 3) % 4, i)) std::swap(b, c);  // the tet is positive
     tets_.clear();
     tets_.push_back({e, d, a, b});
     tets_.push_back({e, d, b, c});
@@ -699,7 +699,7 @@ private:
     return cost_of(star_, limit);
   }
   /// Moves a column down the gradient of the cost, or else along its contour.
-  bool smooth_column(std::size_t index) {
+  bool smooth_column(std::size_t index, ContourColumns::Keep keep) {
     take_column(index);
     const GridPoint from = columns_->place(index);
     double current = 0, shortest = std::numeric_limits<double>::infinity();
@@ -725,20 +725,21 @@ private:
       const double g = std::hypot(gx, gy);
       put(before_);
       if (!std::isfinite(g) || g == 0) return false;
-      if (column_descends(index, -gx / g, -gy / g, shortest, current)) return true;
+      if (column_descends(index, -gx / g, -gy / g, shortest, current, keep)) return true;
       slope = (gx * tx + gy * ty) / g;
       if (!(std::fabs(slope) > kLeastSlope)) return false;
     }
-    return column_descends(index, -std::copysign(tx, slope), -std::copysign(ty, slope), shortest, current);
+    return column_descends(index, -std::copysign(tx, slope), -std::copysign(ty, slope), shortest, current, keep);
   }
   /// Tries steps in one direction, the longest first.
-  bool column_descends(std::size_t index, double dx, double dy, double shortest, double current) {
+  bool column_descends(std::size_t index, double dx, double dy, double shortest, double current,
+                       ContourColumns::Keep keep) {
     const GridPoint from = columns_->place(index);
     const double least = (1 - kLeastGain) * current;
     double step = std::min(0.3 * shortest, columns_->reach());
     for (int k = 0; k < kStepSizes; ++k, step *= 0.4) {
       if (column_cost_at({from.x + std::llround(step * dx), from.y + std::llround(step * dy)}, least) < least &&
-          all_positive(star_) && columns_->may_move()) {
+          all_positive(star_) && columns_->may_move(keep)) {
         columns_->moved();
         rate_again(star_);
         return true;
@@ -752,21 +753,26 @@ private:
     if (!columns_ || round < kFirstColumnRound) return 0;
     std::vector<double> worst(columns_->size(), 0);
     for (std::size_t t = 0; t < mesh_.tets.size(); ++t)
-      if (alive(std::int32_t(t)) && badness_[t] > std::max(kBad, floor_))
+      if (alive(std::int32_t(t)) && badness_[t] > floor_)
         for (const std::int32_t v : mesh_.tets[t])
           if (columns_->of(v) != kNone) {
             double& w = worst[std::size_t(columns_->of(v))];
             w = std::max(w, badness_[t]);
           }
+    const auto keep = [](double badness) {
+      using Keep = ContourColumns::Keep;
+      return badness > kVeryBad ? Keep::Nearness : badness > kBad ? Keep::Walls : Keep::Areas;
+    };
     tried_column_.resize(columns_->size(), 0);
     std::vector<std::pair<int, std::int32_t>> order;
     for (std::size_t i = 0; i < worst.size(); ++i) {
-      if (!columns_->movable(i) || !(worst[i] > 0)) continue;
+      if (!(worst[i] > 0) || !columns_->movable(i, keep(worst[i]))) continue;
       std::uint32_t last = 0;
       for (const std::int32_t v : columns_->vertices(i)) last = std::max(last, changed_[std::size_t(v)]);
       if (last > tried_column_[i]) order.emplace_back(rank(worst[i]), std::int32_t(i));
     }
-    return try_all(order, tried_column_, [&](std::int32_t i) { return smooth_column(std::size_t(i)); });
+    return try_all(order, tried_column_,
+                   [&](std::int32_t i) { return smooth_column(std::size_t(i), keep(worst[std::size_t(i)])); });
   }
 
   // --- collapses
