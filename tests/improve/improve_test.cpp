@@ -191,16 +191,16 @@ TEST_CASE("improvement moves round contours, but no corners and straight walls o
       std::size_t corners = 0;
       for (std::size_t v = 0; v < before[s].vertices.size(); ++v) {
         const GridPoint& p = contours.outlines[s].vertices[v];
-        const double x = contours.grid.to_mm(p).x, y = contours.grid.to_mm(p).y;
+        const double x = contours.grid.x_mm(p), y = contours.grid.y_mm(p);
         if (x > 14) {
-          moved += p == before[s].vertices[v] ? 0 : 1;
+          moved += std::size_t(!(p == before[s].vertices[v]));
           continue;
         }
         const double step = 4 * double(kContourStep) * contours.grid.pitch;
         const bool on_x = std::min(std::fabs(x - x0), std::fabs(x - x1)) <= step,
                    on_y = std::min(std::fabs(y - y0), std::fabs(y - y1)) <= step;
         CHECK((on_x || on_y));
-        corners += on_x && on_y ? 1 : 0;
+        corners += std::size_t(on_x && on_y);
         ++on_walls;
       }
       CHECK(corners == 4);
