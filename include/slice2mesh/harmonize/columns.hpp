@@ -23,6 +23,7 @@
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/arrange/segment_index.hpp"
 #include "slice2mesh/core/progress.hpp"
+#include "slice2mesh/harmonize/contour_shape.hpp"
 #include "slice2mesh/harmonize/slice_nearness.hpp"
 #include "slice2mesh/regions/slabs.hpp"
 #include "slice2mesh/regions/thicken.hpp"
@@ -76,8 +77,10 @@ public:
       }
       if (merged == 0) break;
     }
+    // What can slide along straight walls goes first: walls and corners are moved only where that is not enough.
+    spread(changed, true);
     for (int round = 0; round < kSpreadRounds; ++round)
-      if (spread(changed) == 0) break;
+      if (spread(changed, false) == 0) break;
     listen_ = nullptr;
     for (std::size_t s = 0; s < sheets_.size(); ++s)
       if (changed[s]) sheets_[s].finish();
@@ -269,8 +272,8 @@ private:
   }
 
   /// Moves columns that are too near to something, where merging was not possible, to the best of some places around
-  /// them. Returns how many.
-  std::size_t spread(std::vector<char>& changed) {
+  /// them. `walls_stay`: corners stay, and what is on a straight wall stays on its line. Returns how many.
+  std::size_t spread(std::vector<char>& changed, bool walls_stay) {
     const double apart = limits_.apart;
     std::size_t moved = 0;
     if (!(apart > 0)) return moved;
@@ -281,22 +284,34 @@ private:
       // As near as when no place was found for it: most likely nothing has moved there since.
       if (std::binary_search(stuck_.begin(), stuck_.end(), c)) continue;
       if (!find_column(c.slab, c.p)) continue;
+      const bool corner = find_walls();
+      if (walls_stay && corner) continue;
       find_beside(c.p, apart + double(kContourStep));  // places are rounded to steps
       const double gap = gap_at(c.p, 0), least = gap + kSpreadGain * apart;
       if (gap >= apart) continue;
       places.clear();
       const auto offer = [&](const GridPoint& q) {
-        if (q == c.p) return;
+        if (q == c.p || (walls_stay && !on_walls(q))) return;
         const double reached = gap_at(q, least);
         // Of places that are as good the one where contours change least.
         if (reached >= least) places.emplace_back(kSpreadChange * change(q) - reached, q);
       };
-      for (int r = 1; r <= kSpreadRings; ++r)
-        for (int d = 0; d < kSpreadDirections; ++d) {
-          const double radius = apart * r / kSpreadRings, angle = 2 * kPi * d / kSpreadDirections;
-          offer({round_to_step(c.p.x + std::llround(radius * std::cos(angle))),
-                 round_to_step(c.p.y + std::llround(radius * std::sin(angle)))});
+      for (int r = 1; r <= kSpreadRings; ++r) {
+        const double radius = apart * r / kSpreadRings;
+        const auto offer_at = [&](double x, double y) {
+          offer({round_to_step(c.p.x + std::llround(radius * x)), round_to_step(c.p.y + std::llround(radius * y))});
+        };
+        if (!walls_.empty()) {
+          const auto& [a, b] = walls_.front();
+          const double length = distance(a, b), x = double(b.x - a.x) / length, y = double(b.y - a.y) / length;
+          offer_at(x, y);
+          offer_at(-x, -y);
         }
+        for (int d = 0; d < kSpreadDirections && (walls_.empty() || !walls_stay); ++d) {
+          const double angle = 2 * kPi * d / kSpreadDirections;
+          offer_at(std::cos(angle), std::sin(angle));
+        }
+      }
       for (const GridPoint& q : feet(c.p)) offer(q);
       std::sort(places.begin(), places.end());
       clearance_ = gap;
@@ -313,8 +328,27 @@ private:
       if (stays) stuck.push_back({gap, c.slab, c.p});
     }
     std::sort(stuck.begin(), stuck.end());
-    stuck_ = std::move(stuck);
+    if (!walls_stay) stuck_ = std::move(stuck);
     return moved;
+  }
+  /// Finds the straight walls that the column in question stands on. Returns whether it is a corner of a slab.
+  bool find_walls() {
+    walls_.clear();
+    for (const Step& step : steps_) {
+      const Sheet& sheet = sheets_[step.slab];
+      const std::vector<std::int32_t>& edges = sheet.edges_at[std::size_t(step.v)];
+      if (edges.size() != 2) return true;
+      const GridPoint &a = sheet.point(sheet.other_end(edges[0], step.v)),
+                      &b = sheet.point(sheet.other_end(edges[1], step.v));
+      const ContourShape shape = contour_shape(sheet.point(step.v), a, b);
+      if (shape == ContourShape::Corner) return true;
+      if (shape == ContourShape::Straight) walls_.push_back({a, b});
+    }
+    return false;
+  }
+  [[nodiscard]] bool on_walls(const GridPoint& q) const {
+    return std::all_of(walls_.begin(), walls_.end(),
+                       [&](const auto& wall) { return line_distance(q, wall[0], wall[1]) <= kOnLine; });
   }
   /// Finds the slabs that have v, or w if it is given, or both: from `slab` up and down. False if `slab` has neither.
   bool find_steps(std::size_t slab, const GridPoint& v, const GridPoint* w) {
@@ -481,16 +515,16 @@ private:
         const auto clear = std::int64_t(std::ceil(clearance_)) + 1;
         const GridPoint low{std::min({p.x, target.x, q.x}) - clear, std::min({p.y, target.y, q.y}) - clear};
         const GridPoint high{std::max({p.x, target.x, q.x}) + clear, std::max({p.y, target.y, q.y}) + clear};
-        const auto in_box = [&](const GridPoint& y) {  // of the way and the edge, exactly
-          return y.x >= low.x + clear && y.x <= high.x - clear && y.y >= low.y + clear && y.y <= high.y - clear;
-        };
+        if (turn == 0 && dot(q, p, target) <= 0) return false;  // it would fold
         for (std::size_t s = first; s <= last; ++s) {
           const Sheet& other = sheets_[s];
           const auto blocks = [&](const GridPoint& y) {
             if (y.x < low.x || y.x > high.x || y.y < low.y || y.y > high.y) return false;
             if (y == p || y == q || y == target || y == c.v || y == c.w) return false;
             const int a = orientation(p, target, y), b = orientation(target, q, y), d = orientation(q, p, y);
-            if (turn == 0 ? d == 0 && in_box(y) : a * turn >= 0 && b * turn >= 0 && d * turn >= 0) return true;
+            // Along its own line an edge only gains or loses the way.
+            if (turn == 0 ? segments_meet(p, target, y, y) : a * turn >= 0 && b * turn >= 0 && d * turn >= 0)
+              return true;
             return gets_close(segment_distance(y, p, q), segment_distance(y, target, q), s == step.slab);
           };
           const bool blocked = other.start.any_near(p, q, pad, [&](std::size_t f) {
@@ -503,7 +537,8 @@ private:
             if (a == p || b == p || a == target || b == target) return false;
             if (a == c.v || a == c.w || b == c.v || b == c.w) return false;
             return gets_close(segment_distance(p, a, b), segment_distance(target, a, b), s == step.slab) ||
-                   segments_meet(p, target, a, b);
+                   (segments_meet(p, target, a, b) &&
+                    (orientation(p, target, a) != 0 || orientation(p, target, b) != 0));
           });
           if (blocked) return false;
         }
@@ -592,8 +627,9 @@ private:
   double clearance_ = 0;  // of the merge in question
   std::vector<Sheet> sheets_;
   std::vector<Step> steps_;
-  std::vector<Beside> beside_;  // see find_beside
-  std::vector<Close> stuck_;    // sorted: columns that no place was found for
+  std::vector<Beside> beside_;                   // see find_beside
+  std::vector<std::array<GridPoint, 2>> walls_;  // see find_walls: points on both sides of the column
+  std::vector<Close> stuck_;                     // sorted: columns that no place was found for
   std::vector<std::pair<GridPoint, GridPoint>> old_, now_;
   Poll* listen_ = nullptr;  // while it runs
 };

@@ -19,6 +19,7 @@
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/arrange/segment_index.hpp"
 #include "slice2mesh/core/progress.hpp"
+#include "slice2mesh/harmonize/contour_shape.hpp"
 #include "slice2mesh/harmonize/harmonize.hpp"
 #include "slice2mesh/harmonize/slice_nearness.hpp"
 #include "slice2mesh/lift/lift.hpp"
@@ -204,8 +205,6 @@ private:
   struct Split {
     std::int32_t vertex, from, to;
   };
-  /// Of a contour at a vertex: a corner that is one of the slice, on a straight wall, or neither.
-  enum class Shape : std::uint8_t { Corner, Straight, Curved };
   struct Column {
     std::vector<std::int32_t> vertices;              // of planes
     std::vector<Split> splits;                       // on its edges, next to it
@@ -259,20 +258,16 @@ private:
     }
   }
 
-  [[nodiscard]] static double line_distance(const GridPoint& p, const GridPoint& a, const GridPoint& b) {
-    return std::fabs(double(cross(a, b, p))) / distance(a, b);
-  }
-
   // --- what belongs together
 
-  /// Corners and straight walls, which are seen when they change, are told from what is curved.
+  /// Tells corners that are those of the slices and straight walls from what may move more freely.
   void find_shapes() {
     shape_.resize(outlines_.size());
     line_.resize(outlines_.size());
     std::vector<GridPoint> slice;
     for (std::size_t s = 0; s < outlines_.size(); ++s) {
       const Outline& outline = outlines_[s];
-      shape_[s].assign(outline.vertices.size(), Shape::Corner);
+      shape_[s].assign(outline.vertices.size(), ContourShape::Corner);
       line_[s].assign(outline.vertices.size(), {});
       slice.clear();
       for (const GridPoint& p : slices_[s].vertices) slice.push_back({round_to_step(p.x), round_to_step(p.y)});
@@ -286,19 +281,9 @@ private:
       for (std::size_t v = 0; v < outline.vertices.size(); ++v) {
         listen_();
         const GridPoint& p = outline.vertices[v];
-        const auto& [a, b] = line_[s][v];
-        if (degree[v] == 2 && dot(p, a, b) < 0) {
-          if (line_distance(p, a, b) <= kOnLine) {
-            shape_[s][v] = Shape::Straight;
-            continue;
-          }
-          const double turn = std::fabs(double(cross(p, a, b))), ahead = -double(dot(p, a, b));
-          if (turn < kCornerTangent * ahead) {
-            shape_[s][v] = Shape::Curved;
-            continue;
-          }
-        }
-        if (!std::binary_search(slice.begin(), slice.end(), p)) shape_[s][v] = Shape::Curved;
+        if (degree[v] == 2) shape_[s][v] = contour_shape(p, line_[s][v][0], line_[s][v][1]);
+        if (shape_[s][v] == ContourShape::Corner && !std::binary_search(slice.begin(), slice.end(), p))
+          shape_[s][v] = ContourShape::Curved;
       }
     }
   }
@@ -372,7 +357,8 @@ private:
       for (const auto& [column, v] : {std::pair{a, edge.a}, std::pair{b, edge.b}}) {
         if (!std::exchange(seen[std::size_t(c.slab)][std::size_t(v)], 1)) {
           columns_[std::size_t(column)].sites.push_back({c.slab, v});
-          if (shape_[std::size_t(c.slab)][std::size_t(v)] == Shape::Corner) columns_[std::size_t(column)].corner = true;
+          if (shape_[std::size_t(c.slab)][std::size_t(v)] == ContourShape::Corner)
+            columns_[std::size_t(column)].corner = true;
         }
         if (a == b) columns_[std::size_t(column)].sound = false;
       }
@@ -508,8 +494,8 @@ private:
     d.excess = doubled_area(outline, kNone) - doubled_area(slices_[std::size_t(s)], kNone);
     double length = 0;  // of what is curved
     for (std::size_t e = 0; e < segments.size(); ++e)
-      if (shape_[std::size_t(s)][std::size_t(outline.edges[e].a)] == Shape::Curved ||
-          shape_[std::size_t(s)][std::size_t(outline.edges[e].b)] == Shape::Curved)
+      if (shape_[std::size_t(s)][std::size_t(outline.edges[e].a)] == ContourShape::Curved ||
+          shape_[std::size_t(s)][std::size_t(outline.edges[e].b)] == ContourShape::Curved)
         length += distance(segments[e].first, segments[e].second);
     d.most_excess = Int128(2 * kAreaShare * eps_ * length);
     d.start = std::make_unique<SegmentIndex>(std::move(segments));
@@ -674,7 +660,7 @@ private:
     for (std::size_t k = 0; k < group.size(); ++k)
       for (const Site& site : columns_[std::size_t(group[k])].sites) {
         const auto slab = std::size_t(site.slab), v = std::size_t(site.vertex);
-        if (shape_[slab][v] != Shape::Straight) continue;
+        if (shape_[slab][v] != ContourShape::Straight) continue;
         const auto& [a, b] = line_[slab][v];
         if (line_distance(targets_[k], a, b) > kOnLine) return false;
       }
@@ -754,15 +740,13 @@ private:
     return d.slice->stays_covered(before_, now_, limits, &listen_);
   }
 
-  static constexpr std::size_t kPollEvery = 1 << 14;            // edges looked at
-  static constexpr double kCornerTangent = 0.5773502691896258;  // of 30 degrees
-  static constexpr std::size_t kLargestGroup = 24;              // columns that move at once
-  static constexpr double kReachShare = 1;                      // of eps
-  static constexpr double kClearShare = 0.45;                   // of eps: what is nearer than this does not get nearer
-  static constexpr double kDeviationShare = 0.985;              // of eps ...
-  static constexpr double kAreaShare = 0.005;                   // of eps, times the length of what is curved: of area
-  static constexpr double kOnLine = 2 * double(kContourStep);   // pitches: as near is on a line
-  static constexpr double kResolution = 1.0 / 64;               // ... with half of this share more, still below eps
+  static constexpr std::size_t kPollEvery = 1 << 14;  // edges looked at
+  static constexpr std::size_t kLargestGroup = 24;    // columns that move at once
+  static constexpr double kReachShare = 1;            // of eps
+  static constexpr double kClearShare = 0.45;         // of eps: what is nearer than this does not get nearer
+  static constexpr double kDeviationShare = 0.985;    // of eps ...
+  static constexpr double kAreaShare = 0.005;         // of eps, times the length of what is curved: of area
+  static constexpr double kResolution = 1.0 / 64;     // ... with half of this share more, still below eps
 
   const std::vector<Outline>& slices_;
   const PlaneStack& stack_;
@@ -772,7 +756,7 @@ private:
   Poll listen_;
   double eps_;                                                   // pitches
   std::vector<Outline> outlines_;                                // #S
-  std::vector<std::vector<Shape>> shape_;                        // #S, by vertex
+  std::vector<std::vector<ContourShape>> shape_;                 // #S, by vertex
   std::vector<std::vector<std::array<GridPoint, 2>>> line_;      // #S, by vertex: its neighbors at first
   std::vector<char> touched_;                                    // #S
   std::vector<SlabData> slab_;                                   // #S
