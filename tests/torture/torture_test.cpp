@@ -105,6 +105,22 @@ TEST_CASE("exact mode says what is wrong where contours of neighbors nearly coin
   CHECK(exact_neighbors_nearly_coincide(boxes(1e-6), exact));
 }
 
+TEST_CASE("contours do not leave the grid where the tolerance is wider than the part") {
+  bool seen = false;
+  for (const TortureClass& kind : torture_classes()) {
+    if (kind.name != "thicknesses") continue;
+    for (const TortureCase& input : kind.make(kSeed)) {
+      if (input.name != "100 of the size" && input.name != "1000 of the size") continue;
+      seen = true;
+      CAPTURE(input.name);
+      const Outcome outcome = run_pipeline(input.stack, input.options);
+      INFO(outcome.message);
+      CHECK(outcome.certified());
+    }
+  }
+  CHECK(seen);
+}
+
 TEST_CASE("small inputs of every class give a certified mesh or an error that is right") {
   std::size_t seen = 0;
   for (const TortureClass& kind : torture_classes()) {
