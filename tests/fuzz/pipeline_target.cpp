@@ -143,7 +143,7 @@ void pipeline(const std::uint8_t* data, std::size_t size) {
     case Ending::OtherError:
     case Ending::Cancelled: throw Failure(std::string(to_string(outcome.ending)) + ": " + outcome.message);
     case Ending::TetrahedralizationError:
-      if (options.eps.value == 0) break;
+      if (exact_neighbors_nearly_coincide(stack, options)) break;
       [[fallthrough]];
     case Ending::NotCertified:
       if (!has_thin_part(stack, options))

@@ -286,3 +286,40 @@ TEST_CASE("elements across a narrow difference of layers stand at a size jump") 
   const Causes none = causes_of(same, &same.regions.outlines);
   CHECK(none[Cause::SizeJump] + none[Cause::ThinWall] + none[Cause::SmallInputAngle] == 0);
 }
+
+TEST_CASE("splitting a contour and measuring it ask whether to go on, the more often the more pieces there are") {
+  const std::int64_t side = std::int64_t(1) << 36;
+  const auto square = [&](std::int64_t shift) {
+    Outline outline;
+    outline.vertices = {{0, shift}, {side, shift}, {side, shift + side}, {0, shift + side}};
+    for (std::int32_t v = 0; v < 4; ++v) outline.edges.push_back({v, (v + 1) % 4, 0, kNone});
+    return outline;
+  };
+  Contours contours;
+  contours.grid.pitch = 1;
+  contours.thickness = 1;
+  contours.tolerance = 64;
+  contours.regions.resize(1);
+  contours.slabs = {{0, 1}, {1, 2}};
+  std::size_t calls = 0;
+  const std::function<void()> poll = [&] { ++calls; };
+  constexpr std::size_t kPieces = 1 << 18;
+  for (const std::int64_t shift : {0, 1 << 20}) {
+    calls = 0;
+    Outline outline = square(shift);
+    detail::subdivide(outline, double(4 * side / kPieces), poll);
+    REQUIRE(outline.edges.size() > kPieces);
+    // Of the splits, of the pieces in the index, and of what is looked up in it.
+    CHECK(calls >= 4 * outline.edges.size() / (1 << 14));
+    detail::normalize(outline);
+    contours.outlines.push_back(std::move(outline));
+  }
+  calls = 0;
+  const SeparationReport report = measure_separation(contours, [&](Stage, double) {
+    ++calls;
+    return true;
+  });
+  REQUIRE(report.slabs.size() == 2);
+  // Vertices and edges of both contours, counted and listed, by themselves and in the plane between them.
+  CHECK(calls >= 24 * kPieces / (1 << 16));
+}

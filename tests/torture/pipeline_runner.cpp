@@ -9,8 +9,11 @@
 #include <exception>
 #include <utility>
 
+#include "slice2mesh/arrange/segment_index.hpp"
 #include "slice2mesh/core/error.hpp"
+#include "slice2mesh/harmonize/harmonize.hpp"
 #include "slice2mesh/pipeline/slice_to_mesh.hpp"
+#include "slice2mesh/regions/base_plate.hpp"
 #include "slice2mesh/regions/regions.hpp"
 #include "slice2mesh/regions/slabs.hpp"
 
@@ -142,6 +145,26 @@ std::vector<double> united_areas(const SliceStack& stack, const Options& options
     areas.push_back(static_cast<double>(slice2mesh::detail::doubled_area(outline, kNone)) / 2 * regions.grid.pitch *
                     regions.grid.pitch);
   return areas;
+}
+
+bool exact_neighbors_nearly_coincide(const SliceStack& stack, const Options& options) {
+  if (options.eps.value != 0) return false;
+  Diagnostics diagnostics;
+  const SlabPlan plan = make_slabs(stack, options.slabs, diagnostics);
+  const LayerRegions regions = build_regions_on_plate(stack, plan, options.supports, options.plate, diagnostics);
+  const double limit = slice2mesh::detail::kSmallestEps;
+  const auto nearly = [&](const Outline& vertices, const Outline& edges) {
+    const slice2mesh::detail::SegmentIndex index(edges);
+    return std::any_of(vertices.vertices.begin(), vertices.vertices.end(), [&](const GridPoint& p) {
+      const auto near = index.nearest(p, limit);
+      return near.segment >= 0 && near.distance > 0;
+    });
+  };
+  for (std::size_t s = 0; s + 1 < regions.outlines.size(); ++s) {
+    const Outline &below = regions.outlines[s], &above = regions.outlines[s + 1];
+    if (nearly(below, above) || nearly(above, below)) return true;
+  }
+  return false;
 }
 
 std::vector<double> slab_volumes(const Mesh& mesh) {

@@ -58,6 +58,12 @@ struct Outcome {
 [[nodiscard]] std::vector<double> united_areas(const slice2mesh::SliceStack& stack,
                                                const slice2mesh::Options& options = {});
 
+/// With eps = 0: is a contour vertex of one slab within 2^-20 of the extent of an edge of a slab next to it, and not on
+/// it? Such contours may leave no room for a mesh: then there may be a TetrahedralizationError, see
+/// docs/reliability.md.
+[[nodiscard]] bool exact_neighbors_nearly_coincide(const slice2mesh::SliceStack& stack,
+                                                   const slice2mesh::Options& options);
+
 /// Volume of the tets of each slab, in mm^3: in long double, compensated.
 [[nodiscard]] std::vector<double> slab_volumes(const slice2mesh::Mesh& mesh);
 

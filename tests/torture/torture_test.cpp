@@ -75,6 +75,52 @@ TEST_CASE("a fan of thin triangles needs elements in proportion to their number"
   CHECK(tets[80] < 9 * tets[20]);  // 16 if it were with the square
 }
 
+TEST_CASE("exact mode says what is wrong where contours of neighbors nearly coincide; nothing else is excused") {
+  // Noise of 3e-7 mm over 11 mm: the contours of two layers are a few pitches apart along an edge.
+  bool seen = false;
+  for (const TortureClass& kind : torture_classes()) {
+    if (kind.name != "random_stacks") continue;
+    for (const TortureCase& input : kind.make(7)) {
+      if (input.name != "noise of 2.9572e-07 mm, eps 0") continue;
+      seen = true;
+      CHECK(exact_neighbors_nearly_coincide(input.stack, input.options));
+      const Outcome outcome = run_pipeline(input.stack, input.options);
+      CAPTURE(outcome.message);
+      CHECK(outcome.ending == Ending::TetrahedralizationError);
+      for (const char* part : {"slab 1: contours are not conforming", "near -0.1074", " mm", "eps > 0"})
+        CHECK(outcome.message.find(part) != std::string::npos);
+      slice2mesh::Options merged = input.options;
+      merged.eps = slice2mesh::Options().eps;
+      CHECK(run_pipeline(input.stack, merged).certified());
+      CHECK_FALSE(exact_neighbors_nearly_coincide(input.stack, merged));
+    }
+  }
+  CHECK(seen);
+  slice2mesh::Options exact;
+  exact.eps = slice2mesh::Length::mm(0);
+  const auto boxes = [](double shift) {
+    return torture::stack_of({{torture::box(0, 0, 8, 8)}, {torture::box(shift, 0, 8, 8)}});
+  };
+  for (const double shift : {0.0, 1e-4, 1.0}) CHECK_FALSE(exact_neighbors_nearly_coincide(boxes(shift), exact));
+  CHECK(exact_neighbors_nearly_coincide(boxes(1e-6), exact));
+}
+
+TEST_CASE("contours do not leave the grid where the tolerance is wider than the part") {
+  bool seen = false;
+  for (const TortureClass& kind : torture_classes()) {
+    if (kind.name != "thicknesses") continue;
+    for (const TortureCase& input : kind.make(kSeed)) {
+      if (input.name != "100 of the size" && input.name != "1000 of the size") continue;
+      seen = true;
+      CAPTURE(input.name);
+      const Outcome outcome = run_pipeline(input.stack, input.options);
+      INFO(outcome.message);
+      CHECK(outcome.certified());
+    }
+  }
+  CHECK(seen);
+}
+
 TEST_CASE("small inputs of every class give a certified mesh or an error that is right") {
   std::size_t seen = 0;
   for (const TortureClass& kind : torture_classes()) {

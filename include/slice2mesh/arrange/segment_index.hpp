@@ -24,9 +24,11 @@ namespace slice2mesh::detail {
 class SegmentIndex {
 public:
   SegmentIndex() : SegmentIndex(std::vector<std::pair<GridPoint, GridPoint>>{}) {}
-  explicit SegmentIndex(std::vector<std::pair<GridPoint, GridPoint>> segments)
+  /// `listen` is called for what is worked on.
+  explicit SegmentIndex(std::vector<std::pair<GridPoint, GridPoint>> segments, Poll* listen = nullptr)
       : segments_(std::move(segments)), buckets_{low(), high(), segments_.size()}, start_(buckets_.size() + 1, 0) {
     const auto visit = [&](std::size_t i, auto&& f) {
+      if (listen != nullptr) (*listen)();
       buckets_.for_each_on(segments_[i].first, segments_[i].second, 0, f);
     };
     for (std::size_t i = 0; i < segments_.size(); ++i) visit(i, [&](std::size_t cell) { ++start_[cell + 1]; });
@@ -35,7 +37,7 @@ public:
     std::vector<std::size_t> next(start_.begin(), start_.end() - 1);
     for (std::size_t i = 0; i < segments_.size(); ++i) visit(i, [&](std::size_t cell) { items_[next[cell]++] = i; });
   }
-  explicit SegmentIndex(const Outline& outline) : SegmentIndex(segments_of(outline)) {}
+  explicit SegmentIndex(const Outline& outline, Poll* listen = nullptr) : SegmentIndex(segments_of(outline), listen) {}
 
   /// A distance and the segment it was measured to (-1: none within the limit).
   struct Nearest {

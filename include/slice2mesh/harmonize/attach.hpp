@@ -31,9 +31,9 @@ enum class EdgeEnds : std::uint8_t { Without, With };
                                                                      EdgeEnds ends = EdgeEnds::Without) {
   std::vector<std::int32_t> result;
   if (first >= outline.vertices.size()) return result;
-  const SegmentIndex index(outline);
-  const auto pad = static_cast<std::int64_t>(near) + 1;
   Poll listen(poll, 1 << 14);
+  const SegmentIndex index(outline, &listen);
+  const auto pad = static_cast<std::int64_t>(near) + 1;
   for (std::size_t v = first; v < outline.vertices.size(); ++v) {
     const GridPoint& p = outline.vertices[v];
     const bool found = index.any_near(p, p, pad, [&](std::size_t e) {

@@ -124,6 +124,7 @@ inline void subdivide(Outline& outline, double longest, const std::function<void
   const std::size_t old_vertices = outline.vertices.size();
   std::vector<Outline::Edge> edges;
   std::vector<GridPoint> splits, points;
+  Poll listen(poll, 1 << 14);
   const std::vector<std::array<char, 2>> sharp = sharp_ends(outline);
   for (std::size_t index = 0; index < outline.edges.size(); ++index) {
     const Outline::Edge& e = outline.edges[index];
@@ -161,11 +162,13 @@ inline void subdivide(Outline& outline, double longest, const std::function<void
     for (const GridPoint& p : splits) {
       const GridPoint q = points.back();
       const auto count = static_cast<std::int64_t>(std::ceil(distance(q, p) / longest));
+      listen(static_cast<std::size_t>(count));
       for (std::int64_t i = 1; i < count; ++i) points.push_back(contour_point_between(q, p, double(i) / double(count)));
       points.push_back(p);
     }
     std::int32_t last_vertex = e.a;
     for (std::size_t i = 1; i + 1 < points.size(); ++i) {
+      listen();
       outline.vertices.push_back(points[i]);
       const auto v = static_cast<std::int32_t>(outline.vertices.size()) - 1;
       edges.push_back({last_vertex, v, e.left, e.right});

@@ -95,12 +95,18 @@ void for_each_close(const std::vector<GridPoint>& vertices, const Edges& edges, 
   const Buckets buckets(low, high, kBucketsPerEdge * edges.size());
   const auto pad = static_cast<std::int64_t>(std::ceil(limit));
   std::vector<std::uint32_t> start(buckets.size() + 1, 0);
-  for (const GridPoint& p : vertices) ++start[buckets.of(p) + 1];
+  for (const GridPoint& p : vertices) {
+    listen();
+    ++start[buckets.of(p) + 1];
+  }
   for (std::size_t c = 1; c < start.size(); ++c) start[c] += start[c - 1];
   std::vector<std::int32_t> items(vertices.size());
   {
     std::vector<std::uint32_t> next(start.begin(), start.end() - 1);
-    for (std::size_t v = 0; v < vertices.size(); ++v) items[next[buckets.of(vertices[v])]++] = std::int32_t(v);
+    for (std::size_t v = 0; v < vertices.size(); ++v) {
+      listen();
+      items[next[buckets.of(vertices[v])]++] = std::int32_t(v);
+    }
   }
   for (std::size_t v = 0; v < vertices.size(); ++v)
     buckets.for_each_on(vertices[v], vertices[v], pad, [&](std::size_t cell) {
@@ -127,18 +133,25 @@ void for_each_close(const std::vector<GridPoint>& vertices, const Edges& edges, 
   }
 }
 
-/// Calls corner(v, e, f, degrees) for all edges e and f that follow each other around a vertex v. Cost: O(n log n).
+/// Calls corner(v, e, f, degrees) for all edges e and f that follow each other around a vertex v. `poll` is called now
+/// and then. Cost: O(n log n).
 template <class Edges, class Corner>
-void for_each_corner(const std::vector<GridPoint>& vertices, const Edges& edges, Corner&& corner) {
+void for_each_corner(const std::vector<GridPoint>& vertices, const Edges& edges, Corner&& corner,
+                     const std::function<void()>& poll) {
+  Poll listen(poll, 1 << 16);
   std::vector<std::uint32_t> start(vertices.size() + 1, 0);
-  for (const auto& e : edges)
+  for (const auto& e : edges) {
+    listen();
     for (const std::int32_t v : {e.a, e.b}) ++start[std::size_t(v) + 1];
+  }
   for (std::size_t v = 1; v < start.size(); ++v) start[v] += start[v - 1];
   std::vector<std::size_t> at(start.back());
   {
     std::vector<std::uint32_t> next(start.begin(), start.end() - 1);
-    for (std::size_t e = 0; e < edges.size(); ++e)
+    for (std::size_t e = 0; e < edges.size(); ++e) {
+      listen();
       for (const std::int32_t v : {edges[e].a, edges[e].b}) at[next[std::size_t(v)]++] = e;
+    }
   }
   struct Direction {
     double angle;
@@ -147,6 +160,7 @@ void for_each_corner(const std::vector<GridPoint>& vertices, const Edges& edges,
   std::vector<Direction> around;
   for (std::size_t v = 0; v < vertices.size(); ++v) {
     around.clear();
+    listen(start[v + 1] - start[v] + 1);
     for (std::uint32_t i = start[v]; i < start[v + 1]; ++i) {
       const auto& e = edges[at[i]];
       const GridPoint& q = vertices[std::size_t(e.a == std::int32_t(v) ? e.b : e.a)];
@@ -202,9 +216,10 @@ struct SeparationCollector {
       outline.vertices, outline.edges, contours.tolerance / contours.grid.pitch,
       [&](std::size_t v, std::size_t, double d) { collector.vertices(d, outline.vertices[v]); },
       [&](std::size_t v, std::size_t, double d) { collector.vertex_edge(d, outline.vertices[v]); }, poll);
-  for_each_corner(outline.vertices, outline.edges, [&](std::size_t v, std::size_t, std::size_t, double degrees) {
-    collector.angle(degrees, outline.vertices[v]);
-  });
+  for_each_corner(
+      outline.vertices, outline.edges,
+      [&](std::size_t v, std::size_t, std::size_t, double degrees) { collector.angle(degrees, outline.vertices[v]); },
+      poll);
   return collector.figures;
 }
 
@@ -232,6 +247,7 @@ struct SeparationCollector {
   if (plane.slab_below == kNone || plane.slab_above == kNone) return collector.figures;
   const std::array<const Outline*, 2> outlines{&contours.outlines[std::size_t(plane.slab_below)],
                                                &contours.outlines[std::size_t(plane.slab_above)]};
+  detail::Poll listen(poll, 1 << 16);
   // Where vertices and edges of the overlay are on the two contours.
   std::vector<std::array<OutlineItem, 2>> of_vertex(overlay.vertices.size());
   std::vector<std::array<std::int32_t, 2>> of_edge(overlay.edges.size(), {kNone, kNone});
@@ -248,6 +264,7 @@ struct SeparationCollector {
     const auto& images = c == 0 ? plane.below_image : plane.above_image;
     for (std::size_t e = 0; e < paths.size(); ++e)
       for (std::size_t i = 0; i < paths[e].size(); ++i) {
+        listen();
         of_vertex[std::size_t(paths[e][i])][c].edge = std::int32_t(e);
         if (i > 0) of_edge[edge_of(paths[e][i - 1], paths[e][i])][c] = std::int32_t(e);
       }
@@ -269,12 +286,14 @@ struct SeparationCollector {
         if (!own(of_vertex[v], item)) collector.vertex_edge(d, overlay.vertices[v]);
       },
       poll);
-  detail::for_each_corner(overlay.vertices, overlay.edges,
-                          [&](std::size_t v, std::size_t e, std::size_t f, double degrees) {
-                            for (std::size_t c = 0; c < 2; ++c)
-                              if (of_edge[e][c] != kNone && of_edge[f][c] != kNone) return;
-                            collector.angle(degrees, overlay.vertices[v]);
-                          });
+  detail::for_each_corner(
+      overlay.vertices, overlay.edges,
+      [&](std::size_t v, std::size_t e, std::size_t f, double degrees) {
+        for (std::size_t c = 0; c < 2; ++c)
+          if (of_edge[e][c] != kNone && of_edge[f][c] != kNone) return;
+        collector.angle(degrees, overlay.vertices[v]);
+      },
+      poll);
   return collector.figures;
 }
 

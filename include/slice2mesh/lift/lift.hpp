@@ -109,12 +109,14 @@ inline void require_distinct_paths(const Contours& contours, const InterfacePlan
   attachment.near = kAttachSteps * double(kContourStep);
   plane.overlay = snap_round(segments, attachment, poll);
   std::size_t segment = 0;
+  Poll listen(poll, 1 << 16);
   const auto follow = [&](const Outline& outline, std::vector<std::int32_t>& image,
                           std::vector<std::vector<std::int32_t>>& paths) {
     image.assign(outline.vertices.size(), kNone);
     for (const Outline::Edge& e : outline.edges) {
       // The first of the edge's segments runs from a to b where there is a region on the left, else from b to a.
       std::vector<std::int32_t> path = plane.overlay.path(segment);
+      listen(path.size());
       if (e.left == kNone) std::reverse(path.begin(), path.end());
       segment += static_cast<std::size_t>((e.left != kNone) + (e.right != kNone));
       image[static_cast<std::size_t>(e.a)] = path.front();

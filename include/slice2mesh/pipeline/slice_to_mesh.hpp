@@ -176,6 +176,15 @@ inline void check_sizes(const LayerRegions& regions, const Options& options, con
   return certificate;
 }
 
+/// The same error, with what helps where contours of neighboring slabs nearly coincide.
+inline TetrahedralizationError with_remedy(const TetrahedralizationError& error) {
+  // The constructor puts stage and slab in front of the message, which has both already.
+  const std::size_t prefix = std::string(TetrahedralizationError(error.slab(), "").what()).size();
+  return {error.slab(), std::string(error.what()).substr(prefix) +
+                            "; with eps = 0 contours of neighboring slabs may come too near to each other there for "
+                            "double coordinates: eps > 0 merges them"};
+}
+
 }  // namespace detail
 
 #endif
@@ -229,7 +238,12 @@ SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& o
                          [&] { slice2mesh::report(progress, Stage::Plc, 0); });
   slice2mesh::report(progress, Stage::Plc, 1);
   clock.done(Stage::Plc);
-  result.mesh = model.with_progress(progress)(result.plc);
+  try {
+    result.mesh = model.with_progress(progress)(result.plc);
+  } catch (const TetrahedralizationError& error) {
+    if (options.eps.value == 0 && traits.needs_conforming_plc) throw detail::with_remedy(error);
+    throw;
+  }
   slice2mesh::report(progress, Stage::Tetrahedralize, 1);
   if (options.budget.max_tets > 0 && static_cast<std::int64_t>(result.mesh.tets.size()) > options.budget.max_tets)
     throw BudgetError(Stage::Tetrahedralize, "the mesh needs more tets than max_tets");

@@ -189,7 +189,7 @@ private:
   }
 
   /// Listens to the caller every so many steps.
-  void poll(std::uint32_t steps = 1) {
+  void poll(std::uint32_t steps = 1) const {
     constexpr std::uint32_t kPollEvery = 1024;
     steps_ += steps;
     if (steps_ < kPollEvery || !options_.poll) return;
@@ -232,6 +232,7 @@ private:
     Cdt::Edge_circulator e = cdt_.incident_edges(handles_[std::size_t(v)]), begin = e;
     if (e == nullptr) return false;
     do {
+      poll();
       if (!e->first->is_constrained(e->second) || cdt_.is_infinite(e)) continue;
       const Cdt::Vertex_handle u = e->first->vertex(Cdt::ccw(e->second)), w = e->first->vertex(Cdt::cw(e->second));
       const GridPoint q = point(u->info() == v ? w : u);
@@ -264,6 +265,7 @@ private:
     if (m == a || m == b || in_diametral_disc(a, m, p) || in_diametral_disc(m, b, p)) return false;
     Cdt::Edge_circulator e = cdt_.incident_edges(handles_[std::size_t(v)]), begin = e;
     do {
+      poll();
       if (!e->first->is_constrained(e->second) || cdt_.is_infinite(e)) continue;
       if (in_diametral_disc(point(e->first->vertex(Cdt::ccw(e->second))), point(e->first->vertex(Cdt::cw(e->second))),
                             m))
@@ -310,6 +312,7 @@ private:
     Cdt::Edge_circulator e = cdt_.incident_edges(handle), begin = e;
     if (e == nullptr) return false;
     do {
+      poll();
       if (!e->first->is_constrained(e->second) || cdt_.is_infinite(e)) continue;
       const Cdt::Vertex_handle u = e->first->vertex(Cdt::ccw(e->second)), x = e->first->vertex(Cdt::cw(e->second));
       const Cdt::Vertex_handle other = u == handle ? x : u;
@@ -522,7 +525,7 @@ private:
   std::unordered_map<std::uint64_t, std::int32_t> sub_of_;
   std::vector<Cdt::Face_handle> zone_;
   std::vector<Cdt::Edge> border_;
-  std::uint32_t steps_ = 0;
+  mutable std::uint32_t steps_ = 0;
   Cdt cdt_;
 };
 
