@@ -740,11 +740,13 @@ private:
       });
     std::sort(now_.begin() + std::ptrdiff_t(own), now_.end());
     now_.erase(std::unique(now_.begin() + std::ptrdiff_t(own), now_.end()), now_.end());
+    if (now_.size() > kMostBeside) return false;
     return d.slice->stays_covered(before_, now_, limits, &listen_);
   }
 
   static constexpr std::size_t kPollEvery = 1 << 14;  // edges looked at
   static constexpr std::size_t kLargestGroup = 24;    // columns that move at once
+  static constexpr std::size_t kMostBeside = 64;      // edges near a column; where there are more it stays, for time
   static constexpr double kReachShare = 1;            // of eps
   static constexpr double kClearShare = 0.45;         // of eps: what is nearer than this does not get nearer
   static constexpr double kDeviationShare = 0.985;    // of eps ...
