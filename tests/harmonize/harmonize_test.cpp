@@ -532,3 +532,33 @@ TEST_CASE("contours that cross at a small angle are split where they are cut onl
     CHECK(contours.outlines[1].edges.size() > 4);
   }
 }
+
+TEST_CASE("vertices of straight walls that cross go apart along the walls, which stay straight") {
+  // The walls y = 1 and x = 8 (or x = 3) cross on a plane, and a vertex of the second stands half of what is wanted
+  // away from the first.
+  const std::vector<std::vector<Polyline>> pairs{{rectangle(3, 1, 11, 10), rectangle(0, 0, 8, 6)},
+                                                 {rectangle(0, 1, 6, 7), rectangle(3, 0, 11, 6)},
+                                                 {rectangle(1, 0, 8, 9), rectangle(0, 1, 7, 8)}};
+  std::size_t seen = 0, apart = 0;
+  for (const auto& pair : pairs) {
+    const Chain chain = run_chain(stack_of({{pair[0]}, {pair[1]}}));
+    const double step = 4 * double(kContourStep) * chain.contours.grid.pitch;
+    for (std::size_t s = 0; s < 2; ++s) {
+      const Point2 &low = pair[s].points[0], &high = pair[s].points[2];
+      for (const GridPoint& p : chain.contours.outlines[s].vertices) {
+        const double x = chain.contours.grid.x_mm(p), y = chain.contours.grid.y_mm(p);
+        CAPTURE(s, x, y);
+        CHECK(std::min({std::fabs(x - low.x), std::fabs(x - high.x), std::fabs(y - low.y), std::fabs(y - high.y)}) <=
+              step);
+        ++seen;
+        const Point2 &other_low = pair[1 - s].points[0], &other_high = pair[1 - s].points[2];
+        const double gap = std::min({std::fabs(x - other_low.x), std::fabs(x - other_high.x),
+                                     std::fabs(y - other_low.y), std::fabs(y - other_high.y)});
+        if (gap > step && gap < 0.1) ++apart;
+      }
+      CHECK(chain.contours.deviation[s] < 0.01 * chain.contours.tolerance);  // the resolution of its measure
+    }
+  }
+  CHECK(seen > 300);
+  CHECK(apart > 0);  // or nothing would have had to move
+}
