@@ -128,6 +128,7 @@ Sample printed_sample() {
     for (std::size_t r = 0; r < 3; ++r) sample.region_volumes[r] += areas[r] * 0.5;
   }
   Options options;
+  options.improve.move_contours = false;  // or volumes would be those of the slices up to eps only
   options.supports.radius = Length::mm(0.2);
   options.plate.thickness = Length::mm(2);
   options.plate.margin = Length::mm(3);

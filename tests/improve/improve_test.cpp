@@ -204,7 +204,7 @@ TEST_CASE("improvement moves round contours, but no corners and straight walls o
             (!on_x || is_near(contours.grid.x_mm(to), x0, x1)) && (!on_y || is_near(contours.grid.y_mm(to), y0, y1));
         if (!still) ++left;
       }
-      const double area = double(detail::doubled_area(filled.chain.regions.outlines[s], kNone));
+      const double area = double(detail::doubled_area(before[s], kNone));
       CHECK(double(detail::doubled_area(contours.outlines[s], kNone)) == Approx(area).epsilon(5e-3));
     }
   }
