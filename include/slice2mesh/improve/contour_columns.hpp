@@ -72,7 +72,7 @@ public:
   }
 
   [[nodiscard]] std::size_t size() const { return columns_.size(); }
-  /// Can a column move at all, and with nothing that has to be kept?
+  /// May a column move at all, where a move has to keep that?
   [[nodiscard]] bool movable(std::size_t i, Keep keep) const {
     return !columns_[i].group.empty() && (keep == Keep::Nearness || !columns_[i].corner_moves);
   }
