@@ -185,8 +185,11 @@ inline constexpr double kPlateArcTolerance = 0.01;
   for (Slab& slab : result.slabs)
     if (slab.slice == plate_slice) slab.first_layer = slab.last_layer = slab.slice = kNone;
   // The region of the plate becomes the last one.
-  std::int32_t plate = 0;
-  while (result.regions[static_cast<std::size_t>(plate)].part != id) ++plate;
+  const auto found_plate = std::find_if(result.regions.begin(), result.regions.end(),
+                                        [id](const Region& region) { return region.part == id; });
+  if (found_plate == result.regions.end())
+    throw OptionError("plate.margin", "the plate has no area on the grid of the slices");
+  const auto plate = static_cast<std::int32_t>(found_plate - result.regions.begin());
   const auto last = static_cast<std::int32_t>(result.regions.size()) - 1;
   const auto moved = [plate, last](std::int32_t region) {
     if (region == plate) return last;
