@@ -147,6 +147,31 @@ TEST_CASE("an offset plate follows the first slice, fills its holes and has roun
   CHECK(area_of(alone, 0, static_cast<std::int32_t>(alone.regions.size()) - 1) == Approx(parts).epsilon(1e-3));
 }
 
+TEST_CASE("a hole by itself stands on no plate: the plate is under the first slice with a contour or a support") {
+  for (const BasePlateShape shape : {BasePlateShape::Box, BasePlateShape::Offset}) {
+    Options options = sample_options();
+    options.plate.shape = shape;
+    SliceStack stack = sample();
+    const auto plate_of = [&] {
+      Diagnostics diagnostics;
+      const SlabPlan plan = make_slabs(stack, options.slabs, diagnostics);
+      return build_regions_on_plate(stack, plan, options.supports, options.plate, diagnostics);
+    };
+    stack.layers[0].polylines = {line_of(3, Direction::Inner, {{200, 200}, {200, 400}, {400, 400}, {400, 200}})};
+    const LayerRegions regions = plate_of();
+    REQUIRE(regions.regions.back().kind == RegionKind::Plate);
+    CHECK(area_of(regions, 0, static_cast<std::int32_t>(regions.regions.size()) - 1) > 8 * 6);
+    std::size_t part = 0;
+    while (part < regions.slabs.size() && regions.slabs[part].is_plate()) ++part;
+    REQUIRE(part > 0);
+    REQUIRE(part < regions.slabs.size());
+    CHECK(regions.slabs[part].slice == 1);
+    CHECK(regions.slabs[part - 1].z_high == regions.slabs[part].z_low);
+    for (Layer& layer : stack.layers) layer.polylines = stack.layers[0].polylines;
+    CHECK_THROWS_AS(plate_of(), GeometryError);
+  }
+}
+
 TEST_CASE("a mesh on a plate is certified, conforms with it, and has the volumes of the part and of the plate") {
   Options options = sample_options();
   for (const BasePlateShape shape : {BasePlateShape::Box, BasePlateShape::Offset}) {

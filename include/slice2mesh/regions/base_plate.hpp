@@ -63,7 +63,7 @@ inline constexpr double kPlateArcTolerance = 0.01;
     for (const Polyline& line : stack.layers[static_cast<std::size_t>(slice)].polylines)
       if (line.direction == Direction::Open
               ? !line.points.empty() && support_radius(supports, line, slice, plan.thickness) > 0
-              : line.points.size() >= 3)
+              : line.direction != Direction::Inner && line.points.size() >= 3)  // a hole by itself is nothing
         return s;
   }
   throw GeometryError(Stage::Regions, -1, -1, "there is nothing to stand on the base plate");
