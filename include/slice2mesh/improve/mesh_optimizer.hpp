@@ -19,8 +19,9 @@
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/harmonize/harmonize.hpp"
 #include "slice2mesh/improve/contour_columns.hpp"
+#include "slice2mesh/improve/flips.hpp"
+#include "slice2mesh/improve/tet_graph.hpp"
 #include "slice2mesh/pipeline/options.hpp"
-#include "slice2mesh/quality/tet_figures.hpp"
 #include "slice2mesh/triangulate/plane_stack.hpp"
 
 namespace slice2mesh::detail {
@@ -31,40 +32,25 @@ namespace slice2mesh::detail {
 /// all.
 class MeshOptimizer {
 public:
-  using Tet = std::array<std::int32_t, 4>;
+  using Tet = TetGraph::Tet;
 
   /// `slices`: the regions that the contours were made from, for moves of contours; nullptr: contours stay.
   MeshOptimizer(const Contours& contours, const std::vector<Outline>* slices, PlaneStack& stack, Mesh& mesh,
                 const ImproveOptions& options, const Progress& progress)
-      : stack_(stack), mesh_(mesh), options_(options), progress_(progress) {
-    for (std::size_t k = 0; k < stack.meshes.size(); ++k) {
-      first_.push_back(std::int32_t(points_.size()));
-      const PlaneMesh& plane = stack.meshes[k];
-      points_.insert(points_.end(), plane.vertices.begin(), plane.vertices.end());
-      plane_.resize(points_.size(), std::int32_t(k));
+      : stack_(stack), mesh_(mesh), options_(options), progress_(progress),
+        graph_(stack, mesh, contours.grid.pitch, Poll(to_listener_, kPollEvery)), flips_(graph_) {
+    const std::size_t vertices = graph_.points().size();
+    for (const PlaneMesh& plane : stack.meshes)
       for (const char fixed : plane.fixed) kind_.push_back(fixed ? Kind::Fixed : Kind::Free);
-      for (const GridPoint& p : plane.vertices)
-        xyz_.push_back({double(p.x), double(p.y), plane.z / contours.grid.pitch});
-    }
-    first_.push_back(std::int32_t(points_.size()));
     find_sliding();
-    at_.resize(points_.size());
-    std::vector<std::int32_t> degree(points_.size(), 0);
-    for (const Tet& t : mesh.tets)
-      for (const std::int32_t v : t) ++degree[std::size_t(v)];
-    for (std::size_t v = 0; v < points_.size(); ++v) at_[v].reserve(std::size_t(degree[v]) + 4);
-    badness_.resize(mesh.tets.size());
-    for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
-      poll();
-      for (const std::int32_t v : mesh.tets[t]) at_[std::size_t(v)].push_back(std::int32_t(t));
-      badness_[t] = badness(mesh.tets[t]);
+    gone_.assign(vertices, kNone);
+    tried_smooth_.assign(vertices, 0);
+    tried_pairs_.assign(vertices, 0);
+    if (slices != nullptr) {
+      columns_ = std::make_unique<ContourColumns>(contours, *slices, stack, graph_.first(), graph_.points(), gone_,
+                                                  to_listener_);
+      tried_column_.assign(columns_->size(), 0);
     }
-    tried_edge_.resize(mesh.tets.size());
-    tried_pair_.resize(mesh.tets.size());
-    changed_.assign(points_.size(), 1);
-    gone_.assign(points_.size(), kNone);
-    if (slices != nullptr)
-      columns_ = std::make_unique<ContourColumns>(contours, *slices, stack, first_, points_, gone_, to_listener_);
   }
   MeshOptimizer(const MeshOptimizer&) = delete;
   MeshOptimizer& operator=(const MeshOptimizer&) = delete;
@@ -99,430 +85,50 @@ private:
     std::int32_t previous, next;
   };
 
-  // --- geometry
-  // -------------------------------------------------------------------------------------------------------
-  [[nodiscard]] const GridPoint& point(std::int32_t v) const { return points_[std::size_t(v)]; }
-  void set_point(std::int32_t v, const GridPoint& p) {
-    points_[std::size_t(v)] = p;
-    xyz_[std::size_t(v)][0] = double(p.x);
-    xyz_[std::size_t(v)][1] = double(p.y);
-  }
-  [[nodiscard]] std::int32_t plane(std::int32_t v) const { return plane_[std::size_t(v)]; }
-  /// Six times the volume over the slab's height, exact, in squared pitches.
-  [[nodiscard]] Int128 volume(const Tet& t) const {
-    std::int64_t x[3], y[3];
-    int z[3];
-    const std::int32_t base = plane(t[0]);
-    for (std::size_t i = 0; i < 3; ++i) {
-      x[i] = point(t[i + 1]).x - point(t[0]).x;
-      y[i] = point(t[i + 1]).y - point(t[0]).y;
-      z[i] = plane(t[i + 1]) - base;
-    }
-    const auto minor = [&](int i, int j) { return Int128(x[i]) * y[j] - Int128(x[j]) * y[i]; };
-    return z[2] * minor(0, 1) + z[0] * minor(1, 2) - z[1] * minor(0, 2);
-  }
-  [[nodiscard]] static double norm(const std::array<double, 3>& v) {
-    return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-  }
-  /// How bad a tet is: R/3r, or what its sharpest dihedral angle (or that of its flattest edge) amounts to, if that is
-  /// more. In plain floating point: it ranks, and decides nothing else.
-  [[nodiscard]] double badness(const Tet& t) const {
-    ++work_;
-    const std::array<double, 3>& o = xyz_[std::size_t(t[0])];
-    std::array<double, 3> e[3];
-    double square[3];
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::array<double, 3>& p = xyz_[std::size_t(t[i + 1])];
-      e[i] = {p[0] - o[0], p[1] - o[1], p[2] - o[2]};
-      square[i] = e[i][0] * e[i][0] + e[i][1] * e[i][1] + e[i][2] * e[i][2];
-    }
-    std::array<double, 3> n[3], sum{}, center{};
-    double area[3], areas = 0;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const auto &u = e[(i + 1) % 3], &v = e[(i + 2) % 3];
-      n[i] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
-      for (std::size_t k = 0; k < 3; ++k) {
-        sum[k] += n[i][k];
-        center[k] += square[i] * n[i][k];
-      }
-      area[i] = norm(n[i]);
-      areas += area[i];
-    }
-    const double det = e[0][0] * n[0][0] + e[0][1] * n[0][1] + e[0][2] * n[0][2];
-    if (!(det > 0)) return std::numeric_limits<double>::infinity();
-    const double base = norm(sum);
-    areas += base;
-    const double r = norm(center) * areas / (6 * det * det);
-    if (r < kLookAtAngles) return r;
-    // The sine of the angle at an edge: volume and length of the edge over the areas of the two faces.
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
-      const std::array<double, 3> opposite{e[k][0] - e[j][0], e[k][1] - e[j][1], e[k][2] - e[j][2]};
-      least = std::min({least, std::sqrt(square[i]) / (area[j] * area[k]), norm(opposite) / (base * area[i])});
-    }
-    return std::max(r, kAngleWeight / (least * det));
-  }
-  [[nodiscard]] static double cost(double badness) { return badness < 1e8 ? badness * badness * badness : 1e24; }
+  [[nodiscard]] const GridPoint& point(std::int32_t v) const { return graph_.point(v); }
 
   /// The work is bounded by a count, not by time: the result does not depend on the machine.
-  [[nodiscard]] bool exhausted() const { return double(work_) > options_.most_work; }
+  [[nodiscard]] bool exhausted() const { return double(graph_.work()) > options_.most_work; }
   /// Listens to the caller every so many ratings.
   void poll() {
-    constexpr std::int64_t kPollEvery = 1 << 16;
-    if (work_ < next_poll_) return;
-    next_poll_ = work_ + kPollEvery;
+    if (graph_.work() < next_poll_) return;
+    next_poll_ = graph_.work() + kPollEvery;
     report(progress_, Stage::Improve, share_);
   }
 
-  // --- topology
-  // -------------------------------------------------------------------------------------------------------
-  [[nodiscard]] bool alive(std::int32_t t) const { return mesh_.tets[std::size_t(t)][0] != kNone; }
-  [[nodiscard]] static bool has(const Tet& t, std::int32_t v) {
-    return t[0] == v || t[1] == v || t[2] == v || t[3] == v;
-  }
-  void remove(std::int32_t t) {
-    for (const std::int32_t v : mesh_.tets[std::size_t(t)]) {
-      auto& list = at_[std::size_t(v)];
-      list.erase(std::find(list.begin(), list.end(), t));
-      changed_[std::size_t(v)] = stamp_;
-    }
-    mesh_.tets[std::size_t(t)][0] = kNone;
-    unused_.push_back(t);
-  }
-  std::int32_t add(const Tet& tet, std::int32_t slab, std::int32_t region, double r) {
-    std::int32_t t = 0;
-    if (unused_.empty()) {
-      t = std::int32_t(mesh_.tets.size());
-      mesh_.tets.push_back(tet);
-      mesh_.tet_slab.push_back(slab);
-      mesh_.tet_region.push_back(region);
-      badness_.push_back(r);
-    } else {
-      t = unused_.back();
-      unused_.pop_back();
-      mesh_.tets[std::size_t(t)] = tet;
-      mesh_.tet_slab[std::size_t(t)] = slab;
-      mesh_.tet_region[std::size_t(t)] = region;
-      badness_[std::size_t(t)] = r;
-    }
-    for (const std::int32_t v : tet) {
-      at_[std::size_t(v)].push_back(t);
-      changed_[std::size_t(v)] = stamp_;
-    }
-    return t;
-  }
-
-  // --- flips
-  // ----------------------------------------------------------------------------------------------------------
-  struct Cell {
-    std::int32_t slab, region;
-  };
-  struct Flip {
-    double gain = 0;
-    std::vector<std::int32_t> old;
-    std::vector<Tet> tets;
-    std::vector<Cell> cells;
-    std::vector<double> badnesses;
-  };
-  [[nodiscard]] Cell cell(std::int32_t t) const {
-    return {mesh_.tet_slab[std::size_t(t)], mesh_.tet_region[std::size_t(t)]};
-  }
-  /// Keeps the flip of `old` into tets_ with cells_ if it is valid and better than the best one so far. The old tets
-  /// are those of one slab, or of two slabs in this order.
-  void offer(const std::vector<std::int32_t>& old, double before) {
-    double after = 0;
-    badnesses_.clear();
-    for (const Tet& t : tets_) {
-      badnesses_.push_back(badness(t));
-      after += cost(badnesses_.back());
-      if (!(before - after > kLeastGain * before)) return;
-    }
-    gainful_ = true;
-    if (!(before - after > kLeastGain * before + best_.gain)) return;
-    // Positive tets that add up to the same volume in each slab fill the same space once.
-    const std::int32_t first = mesh_.tet_slab[std::size_t(old.front())];
-    std::array<Int128, 2> sum{};
-    for (std::size_t i = 0; i < tets_.size(); ++i) {
-      const Int128 v = volume(tets_[i]);
-      if (v <= 0) return;
-      sum[cells_[i].slab == first ? 0 : 1] += v;
-    }
-    for (const std::int32_t t : old)
-      sum[mesh_.tet_slab[std::size_t(t)] == first ? 0 : 1] -= volume(mesh_.tets[std::size_t(t)]);
-    if (sum[0] != 0 || sum[1] != 0) return;
-    best_.gain = before - after;
-    best_.old = old;
-    best_.tets = tets_;
-    best_.cells = cells_;
-    best_.badnesses = badnesses_;
-  }
-  /// Flips and collapses that were tried without gain, by two vertices, with the stamp of that time. Others that fall
-  /// into the same place of the table replace them: they are tried once more, with the same result.
-  class Memory {
-  public:
-    /// `pairs`: about how many are of use.
-    void resize(std::size_t pairs) {
-      constexpr std::size_t kLeast = std::size_t(1) << 12, kMost = std::size_t(1) << 22;
-      std::size_t size = kLeast;
-      while (size < pairs && size < kMost) size *= 2;
-      entries_.assign(size, {});
-    }
-    [[nodiscard]] std::uint32_t stamp(std::int32_t a, std::int32_t b) const {
-      const Entry& entry = entries_[place(a, b)];
-      return entry.a == a && entry.b == b ? entry.stamp : 0;
-    }
-    void set(std::int32_t a, std::int32_t b, std::uint32_t stamp) { entries_[place(a, b)] = {a, b, stamp}; }
-
-  private:
-    struct Entry {
-      std::int32_t a = kNone, b = kNone;
-      std::uint32_t stamp = 0;
-    };
-    [[nodiscard]] std::size_t place(std::int32_t a, std::int32_t b) const {
-      return GridHash{}({a, b}) & (entries_.size() - 1);
-    }
-    std::vector<Entry> entries_;
-  };
-  /// The tets around edge ab in order, if they are a closed ring of one region. `ring_` gets the vertices around it,
-  /// counter-clockwise seen from b.
-  bool find_ring(std::int32_t a, std::int32_t b) {
-    around_.clear();
-    ring_.clear();
-    links_.clear();
-    const bool by_a = at_[std::size_t(a)].size() < at_[std::size_t(b)].size();
-    for (const std::int32_t t : at_[std::size_t(by_a ? a : b)]) {
-      const Tet& tet = mesh_.tets[std::size_t(t)];
-      if (!has(tet, by_a ? b : a)) continue;
-      if (!around_.empty() && mesh_.tet_region[std::size_t(t)] != mesh_.tet_region[std::size_t(around_.front())])
-        return false;
-      links_.push_back(link(tet, a, b));
-      around_.push_back(t);
-      if (around_.size() > kLongestRing) return false;
-    }
-    if (links_.size() < 3) return false;
-    std::int32_t v = links_.front().first;
-    for (std::size_t i = 0; i < links_.size(); ++i) {
-      ring_.push_back(v);
-      const auto it = std::find_if(links_.begin(), links_.end(), [&](const auto& l) { return l.first == v; });
-      if (it == links_.end()) return false;
-      v = it->second;
-      if (v == ring_.front() && i + 1 < links_.size()) return false;
-    }
-    return v == ring_.front();
-  }
-  /// The other two vertices u, w of a tet such that (a, b, u, w) is positive.
-  static std::pair<std::int32_t, std::int32_t> link(const Tet& tet, std::int32_t a, std::int32_t b) {
-    std::size_t ia = 0, ib = 0, rest[2] = {0, 0}, n = 0;
-    for (std::size_t i = 0; i < 4; ++i) {
-      if (tet[i] == a)
-        ia = i;
-      else if (tet[i] == b)
-        ib = i;
-      else
-        rest[n++] = i;
-    }
-    const bool odd = is_odd(ia, ib, rest[0], rest[1]);
-    return {tet[rest[odd ? 1 : 0]], tet[rest[odd ? 0 : 1]]};
-  }
-  static bool is_odd(std::size_t a, std::size_t b, std::size_t c, std::size_t d) {
-    return ((a > b) + (a > c) + (a > d) + (b > c) + (b > d) + (c > d)) % 2 != 0;
-  }
-  /// Triangulates a polygon around edge ab, its vertices counter-clockwise seen from b, and joins it to both ends: the
-  /// cheapest way (Klincsek's dynamic program). Adds the tets to tets_; false if none is cheaper than `limit`.
-  bool triangulate_ring(const std::vector<std::int32_t>& ring, std::int32_t a, std::int32_t b, Cell cell,
-                        double limit) {
-    const std::size_t n = ring.size();
-    double best[kLongestRing][kLongestRing];
-    std::size_t apex[kLongestRing][kLongestRing];
-    for (std::size_t i = 0; i + 1 < n; ++i) best[i][i + 1] = 0;
-    for (std::size_t span = 2; span < n; ++span)
-      for (std::size_t i = 0; i + span < n; ++i) {
-        const std::size_t k = i + span;
-        best[i][k] = std::numeric_limits<double>::infinity();
-        apex[i][k] = i + 1;
-        for (std::size_t j = i + 1; j < k; ++j) {
-          double sum = best[i][j] + best[j][k];
-          if (!(sum < best[i][k]) || !(sum < limit)) continue;
-          const Tet up{ring[i], ring[j], ring[k], b}, down{ring[i], ring[k], ring[j], a};
-          const double ru = badness(up);
-          if (!std::isfinite(ru)) continue;
-          sum += cost(ru);
-          if (!(sum < best[i][k]) || !(sum < limit)) continue;
-          const double rd = badness(down);
-          if (!std::isfinite(rd)) continue;
-          sum += cost(rd);
-          if (sum < best[i][k]) {
-            best[i][k] = sum;
-            apex[i][k] = j;
-          }
-        }
-      }
-    if (!(best[0][n - 1] < limit)) return false;
-    spans_.assign(1, {0, n - 1});
-    while (!spans_.empty()) {
-      const auto [i, k] = spans_.back();
-      spans_.pop_back();
-      if (k - i < 2) continue;
-      const std::size_t j = apex[i][k];
-      tets_.push_back({ring[i], ring[j], ring[k], b});
-      tets_.push_back({ring[i], ring[k], ring[j], a});
-      cells_.insert(cells_.end(), 2, cell);
-      spans_.emplace_back(i, j);
-      spans_.emplace_back(j, k);
-    }
-    return true;
-  }
-  /// Takes an edge between the two planes of a slab out.
-  void offer_edge_removal(std::int32_t a, std::int32_t b) {
-    if (!find_ring(a, b)) return;
-    double before = 0;
-    for (const std::int32_t t : around_) before += cost(badness_[std::size_t(t)]);
-    tets_.clear();
-    cells_.clear();
-    if (triangulate_ring(ring_, a, b, cell(around_.front()), before)) offer(around_, before);
-  }
-  /// Takes an edge of a plane out, in favor of the other diagonal of its two triangles: in both slabs, where both have
-  /// material there.
-  void offer_plane_flip(std::int32_t a, std::int32_t b) {
-    const std::int32_t level = plane(a);
-    old_.clear();
-    double before = 0;
-    std::int32_t first_slab = kNone;
-    std::array<Cell, 2> cells{Cell{kNone, kNone}, Cell{kNone, kNone}};
-    std::array<std::vector<std::pair<std::int32_t, std::int32_t>>, 2>& links = slab_links_;
-    links[0].clear();
-    links[1].clear();
-    for (const std::int32_t t : at_[std::size_t(a)]) {
-      const Tet& tet = mesh_.tets[std::size_t(t)];
-      if (!has(tet, b)) continue;
-      const Cell c = cell(t);
-      if (first_slab == kNone) first_slab = c.slab;
-      const std::size_t side = c.slab == first_slab ? 0 : 1;
-      if (cells[side].slab == kNone) cells[side] = c;
-      if (cells[side].region != c.region) return;
-      links[side].push_back(link(tet, a, b));
-      if (links[side].size() + 2 > kLongestRing) return;
-      old_.push_back(t);
-      before += cost(badness_[std::size_t(t)]);
-    }
-    std::array<std::int32_t, 2> ends{kNone, kNone};  // where the path of the first slab starts and ends
-    tets_.clear();
-    cells_.clear();
-    for (std::size_t side = 0; side < 2; ++side) {
-      if (links[side].empty()) continue;
-      // The path starts at the vertex that no link leads to.
-      std::int32_t v = kNone;
-      for (const auto& l : links[side])
-        if (std::none_of(links[side].begin(), links[side].end(), [&](const auto& m) { return m.second == l.first; }))
-          v = l.first;
-      if (v == kNone) return;
-      ring_.assign(1, v);
-      for (std::size_t i = 0; i < links[side].size(); ++i) {
-        const auto it =
-            std::find_if(links[side].begin(), links[side].end(), [&](const auto& l) { return l.first == v; });
-        if (it == links[side].end()) return;
-        v = it->second;
-        ring_.push_back(v);
-      }
-      if (plane(ring_.front()) != level || plane(ring_.back()) != level) return;
-      if (side == 0)
-        ends = {ring_.front(), ring_.back()};
-      else if (ring_.front() != ends[1] || ring_.back() != ends[0])
-        return;
-      if (!triangulate_ring(ring_, a, b, cells[side], before)) return;
-    }
-    std::stable_partition(old_.begin(), old_.end(), [&](std::int32_t t) { return cell(t).slab == first_slab; });
-    offer(old_, before);
-  }
-  /// Puts an edge through the face opposite to vertex i of t.
-  void offer_face_removal(std::int32_t t, std::size_t i) {
-    const Tet tet = mesh_.tets[std::size_t(t)];
-    const std::int32_t d = tet[i], a = tet[(i + 1) % 4];
-    std::int32_t b = tet[(i + 2) % 4], c = tet[(i + 3) % 4];
-    std::int32_t other = kNone, e = kNone;
-    for (const std::int32_t u : at_[std::size_t(a)]) {
-      const Tet& x = mesh_.tets[std::size_t(u)];
-      if (u == t || !has(x, b) || !has(x, c)) continue;
-      for (const std::int32_t v : x)
-        if (v != a && v != b && v != c) e = v;
-      if (mesh_.tet_slab[std::size_t(u)] == mesh_.tet_slab[std::size_t(t)]) other = u;
-    }
-    if (other == kNone || mesh_.tet_region[std::size_t(other)] != mesh_.tet_region[std::size_t(t)]) return;
-    for (const std::int32_t v : mesh_.tets[std::size_t(other)])
-      if (v != a && v != b && v != c) e = v;
-    if (plane(d) == plane(e)) return;
-    if (is_odd((i + 1) % 4, (i + 2) % 4, (i + 3) % 4, i)) std::swap(b, c);  // the tet is positive
-    tets_.clear();
-    tets_.push_back({e, d, a, b});
-    tets_.push_back({e, d, b, c});
-    tets_.push_back({e, d, c, a});
-    old_.assign({t, other});
-    cells_.assign(3, cell(t));
-    offer(old_, cost(badness_[std::size_t(t)]) + cost(badness_[std::size_t(other)]));
-  }
-  bool apply_best() {
-    if (best_.old.empty()) return false;
-    ++stamp_;
-    for (const std::int32_t t : best_.old) remove(t);
-    for (std::size_t i = 0; i < best_.tets.size(); ++i)
-      add(best_.tets[i], best_.cells[i].slab, best_.cells[i].region, best_.badnesses[i]);
-    return true;
-  }
-  bool flip(std::int32_t t) {
-    best_.gain = 0;
-    best_.old.clear();
-    const Tet tet = mesh_.tets[std::size_t(t)];
-    for (const auto& e : kTetEdgeVertices) {
-      const auto [a, b] = std::minmax(tet[e[0]], tet[e[1]]);
-      // A change of a tet at the edge changes both of its ends.
-      const std::uint32_t tried = tried_edge_.stamp(a, b);
-      if (changed_[std::size_t(a)] <= tried || changed_[std::size_t(b)] <= tried) continue;
-      gainful_ = false;
-      if (plane(a) == plane(b))
-        offer_plane_flip(a, b);
-      else
-        offer_edge_removal(a, b);
-      if (!gainful_) tried_edge_.set(a, b, stamp_);
-    }
-    for (std::size_t i = 0; i < 4; ++i) offer_face_removal(t, i);
-    return apply_best();
-  }
   /// What is worse comes first, but by classes only: within a class neighbors in memory stay together.
   [[nodiscard]] static int rank(double badness) { return badness > kVeryBad ? 0 : (badness > kBad ? 1 : 2); }
-  /// Tets above the target that something has changed at since they were tried, the worst class first.
+  /// Tets above `least` that something has changed at since they were tried in vain, the worst class first.
   template <class Try>
-  std::size_t for_bad(double target, std::vector<std::uint32_t>& tried, Try&& attempt) {
-    tried.resize(mesh_.tets.size(), 0);
-    std::vector<std::pair<int, std::int32_t>> bad;
-    for (std::size_t t = 0; t < mesh_.tets.size(); ++t) {
-      if (!alive(std::int32_t(t)) || !(badness_[t] > target)) continue;
-      std::uint32_t last = 0;
-      for (const std::int32_t v : mesh_.tets[t]) last = std::max(last, changed_[std::size_t(v)]);
-      if (last > tried[t]) bad.emplace_back(rank(badness_[t]), std::int32_t(t));
-    }
-    std::sort(bad.begin(), bad.end());
+  std::size_t for_bad(double least, std::uint32_t TetGraph::Element::*tried, Try&& attempt) {
+    std::vector<std::int32_t> bad[3];
+    for (std::int32_t t = 0; t < std::int32_t(graph_.size()); ++t)
+      if (graph_.badness(t) > least && graph_.alive(t) && graph_.changed(graph_[t].v) > graph_[t].*tried)
+        bad[rank(graph_.badness(t))].push_back(t);
     std::size_t done = 0;
-    for (const auto& [r, t] : bad) {
-      poll();
-      if (exhausted()) break;
-      if (!alive(t) || !(badness_[std::size_t(t)] > target)) continue;
-      if (attempt(t)) ++done;
-      tried.resize(mesh_.tets.size(), 0);
-      if (alive(t)) tried[std::size_t(t)] = stamp_;
-    }
+    for (const std::vector<std::int32_t>& tets : bad)
+      for (const std::int32_t t : tets) {
+        poll();
+        if (exhausted()) return done;
+        if (!graph_.alive(t) || !(graph_.badness(t) > least)) continue;
+        if (attempt(t))
+          ++done;
+        else
+          graph_[t].*tried = graph_.stamp();
+      }
     return done;
   }
   std::size_t flip_round() {
-    return for_bad(floor_, tried_flip_, [&](std::int32_t t) { return flip(t); });
+    return for_bad(floor_, &TetGraph::Element::tried_flip, [&](std::int32_t t) { return flips_.flip(t); });
   }
 
   // --- moves
-  // ----------------------------------------------------------------------------------------------------------
+
   /// Vertices in the interior of contour edges, with the vertices they slide between.
   void find_sliding() {
     for (std::size_t k = 0; k < stack_.meshes.size(); ++k) {
       const PlaneMesh& mesh = stack_.meshes[k];
+      const std::int32_t first = graph_.first()[k];
       std::vector<char> state(mesh.vertices.size(), 0);  // 1: seen inside of one chain, 2: fixed
       std::vector<Neighbors> between(mesh.vertices.size(), {kNone, kNone});
       for (const auto* all : {&mesh.below_chain, &mesh.above_chain})
@@ -543,66 +149,58 @@ private:
           }
       for (std::size_t v = 0; v < state.size(); ++v) {
         if (state[v] != 1) continue;
-        kind_[std::size_t(first_[k]) + v] = Kind::Sliding;
-        slide_[first_[k] + std::int32_t(v)] = {first_[k] + between[v].previous, first_[k] + between[v].next};
+        kind_[std::size_t(first) + v] = Kind::Sliding;
+        slide_[first + std::int32_t(v)] = {first + between[v].previous, first + between[v].next};
       }
     }
   }
-  /// The cost of tets; infinite if one is not positive, or as soon as it reaches `limit`.
-  double cost_of(const std::vector<std::int32_t>& tets, double limit) {
+  /// Takes the tets around a vertex out, for ratings with the vertex in other places.
+  void take_star(std::int32_t v) {
+    static constexpr std::size_t kOthers[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};  // even permutations
+    const TetGraph::Vector& from = graph_.xyz(v);
+    corners_.clear();
+    for (const std::int32_t t : graph_.star(v)) {
+      const Tet& tet = graph_[t].v;
+      std::array<TetGraph::Vector, 3> e;
+      for (std::size_t i = 0; i < 3; ++i) {
+        const TetGraph::Vector& p = graph_.xyz(tet[kOthers[TetGraph::index_of(tet, v)][i]]);
+        e[i] = {p[0] - from[0], p[1] - from[1], p[2] - from[2]};
+      }
+      corners_.push_back(e);
+    }
+    ratings_.resize(corners_.size());
+  }
+  /// The cost of the tets of the star if its vertex were (x, y) pitches from where it was; infinite if one is not
+  /// positive, or as soon as it reaches `limit`. Else ratings_ has them.
+  double star_cost_at(std::int64_t x, std::int64_t y, double limit) {
+    const auto dx = double(x), dy = double(y);
     double sum = 0;
-    for (const std::int32_t t : tets) {
-      const double r = badness(mesh_.tets[std::size_t(t)]);
-      sum += cost(r);
-      if (!std::isfinite(r) || !(sum < limit)) return std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < corners_.size(); ++i) {
+      std::array<TetGraph::Vector, 3> e = corners_[i];
+      for (TetGraph::Vector& edge : e) edge[0] -= dx, edge[1] -= dy;
+      ratings_[i] = graph_.rate(e);
+      sum += improvement_cost(ratings_[i]);
+      if (!std::isfinite(ratings_[i]) || !(sum < limit)) return std::numeric_limits<double>::infinity();
     }
     return sum;
-  }
-  /// Vertices of these tets were moved.
-  void rate_again(const std::vector<std::int32_t>& tets) {
-    ++stamp_;
-    for (const std::int32_t t : tets) {
-      badness_[std::size_t(t)] = badness(mesh_.tets[std::size_t(t)]);
-      for (const std::int32_t u : mesh_.tets[std::size_t(t)]) changed_[std::size_t(u)] = stamp_;
-    }
-  }
-  /// The cost of the tets around v if v were at p; infinite if one is not positive, or as soon as it reaches `limit`.
-  double cost_at(std::int32_t v, const GridPoint& p, double limit) {
-    const GridPoint before = point(v);
-    set_point(v, p);
-    const double sum = cost_of(at_[std::size_t(v)], limit);
-    set_point(v, before);
-    return sum;
-  }
-  [[nodiscard]] bool all_positive(const std::vector<std::int32_t>& tets) const {
-    return std::all_of(tets.begin(), tets.end(),
-                       [&](std::int32_t t) { return volume(mesh_.tets[std::size_t(t)]) > 0; });
-  }
-  bool move_to(std::int32_t v, const GridPoint& p) {
-    const GridPoint before = point(v);
-    set_point(v, p);
-    if (!all_positive(at_[std::size_t(v)])) {
-      set_point(v, before);
-      return false;
-    }
-    rate_again(at_[std::size_t(v)]);
-    return true;
   }
   /// Looks for a better place: along the contour by pattern search, else down the gradient.
   bool smooth(std::int32_t v) {
     const Kind kind = kind_[std::size_t(v)];
-    if (kind == Kind::Fixed || at_[std::size_t(v)].empty()) return false;
+    if (kind == Kind::Fixed || graph_.star(v).empty()) return false;
     const GridPoint start = point(v);
     double current = 0;
-    double shortest = std::numeric_limits<double>::infinity();
-    for (const std::int32_t t : at_[std::size_t(v)]) {
-      current += cost(badness_[std::size_t(t)]);
-      for (const std::int32_t u : mesh_.tets[std::size_t(t)])
-        if (u != v && plane(u) == plane(v)) shortest = std::min(shortest, distance(start, point(u)));
-    }
+    for (const std::int32_t t : graph_.star(v)) current += improvement_cost(graph_.badness(t));
     const double initial = current;
+    take_star(v);
     GridPoint best = start;
-    double step = 0.3 * shortest;
+    // Ratings of the best place are kept.
+    const auto keep = [&](double cost, const GridPoint& p) {
+      current = cost;
+      best = p;
+      ratings_.swap(best_ratings_);
+      ratings_.resize(corners_.size());
+    };
     if (kind == Kind::Sliding) {
       const Neighbors n = slide_.at(v);
       const GridPoint a = point(resolve(n.previous)), b = point(resolve(n.next));
@@ -610,17 +208,16 @@ private:
       if (!(length > 4)) return false;
       const double dx = double(b.x - a.x) / length, dy = double(b.y - a.y) / length;
       double at = (double(start.x - a.x) * dx + double(start.y - a.y) * dy);
-      step = 0.4 * std::min(at, length - at);
+      double step = 0.4 * std::min(at, length - at);
       for (int i = 0; i < 8; ++i) {
         bool better = false;
         for (const double s : {step, -step}) {
           const double next = at + s;
           if (!(next > 1) || !(next < length - 1)) continue;
           const GridPoint p{a.x + std::llround(next * dx), a.y + std::llround(next * dy)};
-          const double c = cost_at(v, p, current);
+          const double c = star_cost_at(p.x - start.x, p.y - start.y, current);
           if (c < current) {
-            current = c;
-            best = p;
+            keep(c, p);
             at = next;
             better = true;
             break;
@@ -631,83 +228,100 @@ private:
     } else {
       // One step down the gradient (forward differences), at first a third of the way to the nearest neighbor. More of
       // them before the neighbors, flips and collapses have their turn take longer and gain less.
-      const double delta = std::max(1.0, 1e-5 * shortest);
+      double square = std::numeric_limits<double>::infinity();
+      for (const auto& tet : corners_)
+        for (const TetGraph::Vector& e : tet)
+          if (e[2] == 0) square = std::min(square, e[0] * e[0] + e[1] * e[1]);
+      const double shortest = std::sqrt(square);
+      const std::int64_t delta = std::llround(std::max(1.0, 1e-5 * shortest));
       const double limit = std::numeric_limits<double>::infinity();
-      const double gx = cost_at(v, {start.x + std::llround(delta), start.y}, limit) - current,
-                   gy = cost_at(v, {start.x, start.y + std::llround(delta)}, limit) - current;
+      const double gx = star_cost_at(delta, 0, limit) - current, gy = star_cost_at(0, delta, limit) - current;
       const double g = std::hypot(gx, gy);
       if (!std::isfinite(g) || g == 0) return false;
+      double step = 0.3 * shortest;
       for (int k = 0; k < kStepSizes; ++k, step *= 0.4) {
-        const GridPoint p{start.x - std::llround(step * gx / g), start.y - std::llround(step * gy / g)};
-        const double c = cost_at(v, p, current);
+        const std::int64_t x = -std::llround(step * gx / g), y = -std::llround(step * gy / g);
+        const double c = star_cost_at(x, y, current);
         if (!(c < current)) continue;
-        current = c;
-        best = p;
+        keep(c, {start.x + x, start.y + y});
         break;
       }
     }
     if (!(current < (1 - kLeastGain) * initial)) return false;
-    return move_to(v, best);
+    graph_.set_point(v, best);
+    if (!graph_.all_positive(graph_.star(v))) {
+      graph_.set_point(v, start);
+      return false;
+    }
+    graph_.new_stamp();
+    for (std::size_t i = 0; i < corners_.size(); ++i) graph_.rated(graph_.star(v)[i], best_ratings_[i]);
+    return true;
   }
   /// Tries moves by class, the worst first, and marks when.
   template <class Try>
-  std::size_t try_all(std::vector<std::pair<int, std::int32_t>>& order, std::vector<std::uint32_t>& tried,
+  std::size_t try_all(const std::array<std::vector<std::int32_t>, 3>& order, std::vector<std::uint32_t>& tried,
                       Try&& attempt) {
-    std::sort(order.begin(), order.end());
     std::size_t done = 0;
-    for (const auto& [r, i] : order) {
-      poll();
-      if (exhausted()) break;
-      if (attempt(i)) ++done;
-      tried[std::size_t(i)] = stamp_;
-    }
+    for (const std::vector<std::int32_t>& rank : order)
+      for (const std::int32_t i : rank) {
+        poll();
+        if (exhausted()) return done;
+        if (attempt(i)) ++done;
+        tried[std::size_t(i)] = graph_.stamp();
+      }
     return done;
   }
   std::size_t smooth_round() {
     // Movable vertices of bad tets.
-    std::vector<double> worst(points_.size(), 0);
-    for (std::size_t t = 0; t < mesh_.tets.size(); ++t)
-      if (alive(std::int32_t(t)) && badness_[t] > floor_)
-        for (const std::int32_t v : mesh_.tets[t]) worst[std::size_t(v)] = std::max(worst[std::size_t(v)], badness_[t]);
-    std::vector<std::pair<int, std::int32_t>> order;
-    tried_smooth_.resize(points_.size(), 0);
-    for (std::size_t v = 0; v < points_.size(); ++v)
-      if (worst[v] > 0 && kind_[v] != Kind::Fixed && changed_[v] > tried_smooth_[v])
-        order.emplace_back(rank(worst[v]), std::int32_t(v));
+    std::vector<char> worst(kind_.size(), 3);
+    for (std::int32_t t = 0; t < std::int32_t(graph_.size()); ++t)
+      if (graph_.badness(t) > floor_ && graph_.alive(t))
+        for (const std::int32_t v : graph_[t].v)
+          worst[std::size_t(v)] = std::min(worst[std::size_t(v)], char(rank(graph_.badness(t))));
+    std::array<std::vector<std::int32_t>, 3> order;
+    for (std::size_t v = 0; v < worst.size(); ++v)
+      if (worst[v] < 3 && kind_[v] != Kind::Fixed && graph_.changed(std::int32_t(v)) > tried_smooth_[v])
+        order[std::size_t(worst[v])].push_back(std::int32_t(v));
     return try_all(order, tried_smooth_, [&](std::int32_t v) { return smooth(v); });
   }
 
   // --- moves of contours
-  // -------------------------------------------------------------------------------------------------
+
   /// Finds all that moves with a column, and the tets around it.
   void take_column(std::size_t index) {
     columns_->take(index, before_);
     star_.clear();
-    for (const auto& [v, p] : before_)
-      star_.insert(star_.end(), at_[std::size_t(v)].begin(), at_[std::size_t(v)].end());
+    for (const auto& [v, p] : before_) star_.insert(star_.end(), graph_.star(v).begin(), graph_.star(v).end());
     std::sort(star_.begin(), star_.end());
     star_.erase(std::unique(star_.begin(), star_.end()), star_.end());
+    ratings_.resize(star_.size());
   }
   void put(const std::vector<ContourColumns::Place>& places) {
-    for (const auto& [v, p] : places) set_point(v, p);
+    for (const auto& [v, p] : places) graph_.set_point(v, p);
   }
   /// The cost of the tets around the column if it were at p; infinite if it cannot be there, one is not positive, or it
-  /// reaches `limit`. All stays at its new place.
+  /// reaches `limit`. All stays at its new place; else ratings_ has the ratings.
   double column_cost_at(const GridPoint& p, double limit) {
     if (!columns_->places(p, after_)) return std::numeric_limits<double>::infinity();
     put(after_);
-    return cost_of(star_, limit);
+    double sum = 0;
+    for (std::size_t i = 0; i < star_.size(); ++i) {
+      ratings_[i] = graph_.rate(graph_[star_[i]].v);
+      sum += improvement_cost(ratings_[i]);
+      if (!std::isfinite(ratings_[i]) || !(sum < limit)) return std::numeric_limits<double>::infinity();
+    }
+    return sum;
   }
   /// Moves a column down the gradient of the cost, or else along its contour.
   bool smooth_column(std::size_t index, ContourColumns::Keep keep) {
     take_column(index);
     const GridPoint from = columns_->place(index);
     double current = 0, shortest = std::numeric_limits<double>::infinity();
-    for (const std::int32_t t : star_) current += cost(badness_[std::size_t(t)]);
+    for (const std::int32_t t : star_) current += improvement_cost(graph_.badness(t));
     for (const std::int32_t v : columns_->vertices(index))
-      for (const std::int32_t t : at_[std::size_t(v)])
-        for (const std::int32_t u : mesh_.tets[std::size_t(t)])
-          if (u != v && plane(u) == plane(v)) shortest = std::min(shortest, distance(from, point(u)));
+      for (const std::int32_t t : graph_.star(v))
+        for (const std::int32_t u : graph_[t].v)
+          if (u != v && graph_.plane(u) == graph_.plane(v)) shortest = std::min(shortest, distance(from, point(u)));
     const double limit = std::numeric_limits<double>::infinity();
     const double delta = std::max(4 * double(kContourStep), 1e-5 * shortest);
     const GridPoint along = columns_->along(index);
@@ -739,9 +353,10 @@ private:
     double step = std::min(0.3 * shortest, columns_->reach());
     for (int k = 0; k < kStepSizes; ++k, step *= 0.4) {
       if (column_cost_at({from.x + std::llround(step * dx), from.y + std::llround(step * dy)}, least) < least &&
-          all_positive(star_) && columns_->may_move(keep)) {
+          graph_.all_positive(star_) && columns_->may_move(keep)) {
         columns_->moved();
-        rate_again(star_);
+        graph_.new_stamp();
+        for (std::size_t i = 0; i < star_.size(); ++i) graph_.rated(star_[i], ratings_[i]);
         return true;
       }
       put(before_);
@@ -752,31 +367,30 @@ private:
   std::size_t column_round(std::int32_t round) {
     if (!columns_ || round < kFirstColumnRound) return 0;
     std::vector<double> worst(columns_->size(), 0);
-    for (std::size_t t = 0; t < mesh_.tets.size(); ++t)
-      if (alive(std::int32_t(t)) && badness_[t] > floor_)
-        for (const std::int32_t v : mesh_.tets[t])
+    for (std::int32_t t = 0; t < std::int32_t(graph_.size()); ++t)
+      if (graph_.badness(t) > floor_ && graph_.alive(t))
+        for (const std::int32_t v : graph_[t].v)
           if (columns_->of(v) != kNone) {
             double& w = worst[std::size_t(columns_->of(v))];
-            w = std::max(w, badness_[t]);
+            w = std::max(w, graph_.badness(t));
           }
     const auto keep = [](double badness) {
       using Keep = ContourColumns::Keep;
       return badness > kVeryBad ? Keep::Nearness : badness > kBad ? Keep::Walls : Keep::Areas;
     };
-    tried_column_.resize(columns_->size(), 0);
-    std::vector<std::pair<int, std::int32_t>> order;
+    std::array<std::vector<std::int32_t>, 3> order;
     for (std::size_t i = 0; i < worst.size(); ++i) {
       if (!(worst[i] > 0) || !columns_->movable(i, keep(worst[i]))) continue;
       std::uint32_t last = 0;
-      for (const std::int32_t v : columns_->vertices(i)) last = std::max(last, changed_[std::size_t(v)]);
-      if (last > tried_column_[i]) order.emplace_back(rank(worst[i]), std::int32_t(i));
+      for (const std::int32_t v : columns_->vertices(i)) last = std::max(last, graph_.changed(v));
+      if (last > tried_column_[i]) order[std::size_t(rank(worst[i]))].push_back(std::int32_t(i));
     }
     return try_all(order, tried_column_,
                    [&](std::int32_t i) { return smooth_column(std::size_t(i), keep(worst[std::size_t(i)])); });
   }
 
   // --- collapses
-  // ------------------------------------------------------------------------------------------------------
+
   [[nodiscard]] std::int32_t resolve(std::int32_t v) const {
     while (gone_[std::size_t(v)] != kNone) v = gone_[std::size_t(v)];
     return v;
@@ -784,107 +398,86 @@ private:
   /// Moves v into its neighbor u in the plane if that makes the worst tet around better.
   bool collapse(std::int32_t v, std::int32_t u) {
     double worst = 0, sum_before = 0, sum_after = 0;
-    for (const std::int32_t t : at_[std::size_t(v)]) {
-      worst = std::max(worst, badness_[std::size_t(t)]);
-      sum_before += badness_[std::size_t(t)] - kGoodRatio;
+    for (const std::int32_t t : graph_.star(v)) {
+      worst = std::max(worst, graph_.badness(t));
+      sum_before += graph_.badness(t) - kGoodRatio;
     }
     const double limit = std::max(worst, kTolerable);
-    for (const std::int32_t t : at_[std::size_t(v)]) {
-      Tet tet = mesh_.tets[std::size_t(t)];
-      if (has(tet, u)) continue;
-      std::replace(tet.begin(), tet.end(), v, u);
-      if (volume(tet) <= 0) return false;
-      const double r = badness(tet);
+    for (const std::int32_t t : graph_.star(v)) {
+      Tet tet = graph_[t].v;
+      if (TetGraph::has(tet, u)) continue;
+      tet[TetGraph::index_of(tet, v)] = u;
+      const double r = graph_.rate(tet);
       sum_after += r - kGoodRatio;
       if (!(r <= limit)) return false;
     }
     if (!(sum_after < sum_before - kCollapseGain)) return false;
-    // Volumes balance: nothing is left out or covered twice.
-    std::unordered_map<std::int32_t, Int128> balance;
-    for (const std::int32_t t : at_[std::size_t(v)]) {
-      Tet tet = mesh_.tets[std::size_t(t)];
-      Int128& sum = balance[mesh_.tet_slab[std::size_t(t)]];
-      sum -= volume(tet);
-      if (has(tet, u)) continue;
-      std::replace(tet.begin(), tet.end(), v, u);
-      sum += volume(tet);
+    // Positive tets, and volumes balance below and above: nothing is left out or covered twice.
+    std::array<Int128, 2> balance{};
+    const std::int32_t first = graph_[graph_.star(v).front()].slab;
+    for (const std::int32_t t : graph_.star(v)) {
+      Tet tet = graph_[t].v;
+      Int128& sum = balance[graph_[t].slab == first ? 0 : 1];
+      sum -= graph_.volume(tet);
+      if (TetGraph::has(tet, u)) continue;
+      tet[TetGraph::index_of(tet, v)] = u;
+      const Int128 volume = graph_.volume(tet);
+      if (volume <= 0) return false;
+      sum += volume;
     }
-    if (kind_[std::size_t(v)] == Kind::Free)
-      for (const auto& [slab, sum] : balance)
-        if (sum != 0) return false;
-    ++stamp_;
-    const std::vector<std::int32_t> star = at_[std::size_t(v)];
-    for (const std::int32_t t : star) {
-      Tet tet = mesh_.tets[std::size_t(t)];
-      const std::int32_t slab = mesh_.tet_slab[std::size_t(t)], region = mesh_.tet_region[std::size_t(t)];
-      remove(t);
-      if (has(tet, u)) continue;
-      std::replace(tet.begin(), tet.end(), v, u);
-      add(tet, slab, region, badness(tet));
-    }
+    if (kind_[std::size_t(v)] == Kind::Free && (balance[0] != 0 || balance[1] != 0)) return false;
+    graph_.collapse(v, u);
     gone_[std::size_t(v)] = u;
     return true;
   }
+  /// Tries the vertices of a tet, the nearest pairs first.
   bool collapse_any(std::int32_t t) {
-    const Tet tet = mesh_.tets[std::size_t(t)];
-    std::vector<std::pair<double, std::pair<std::int32_t, std::int32_t>>> pairs;
+    const Tet tet = graph_[t].v;
+    pairs_.clear();
     for (const std::int32_t v : tet) {
-      if (kind_[std::size_t(v)] == Kind::Fixed) continue;
-      std::vector<std::int32_t> neighbors;
+      // All that a collapse of v depends on is around v.
+      if (kind_[std::size_t(v)] == Kind::Fixed || graph_.changed(v) <= tried_pairs_[std::size_t(v)]) continue;
+      neighbors_.clear();
       if (kind_[std::size_t(v)] == Kind::Sliding) {
         const Neighbors n = slide_.at(v);
-        neighbors = {resolve(n.previous), resolve(n.next)};
+        neighbors_ = {resolve(n.previous), resolve(n.next)};
       } else {
-        for (const std::int32_t s : at_[std::size_t(v)])
-          for (const std::int32_t u : mesh_.tets[std::size_t(s)])
-            if (u != v && plane(u) == plane(v)) neighbors.push_back(u);
-        std::sort(neighbors.begin(), neighbors.end());
-        neighbors.erase(std::unique(neighbors.begin(), neighbors.end()), neighbors.end());
+        for (const std::int32_t s : graph_.star(v))
+          for (const std::int32_t u : graph_[s].v)
+            if (u != v && graph_.plane(u) == graph_.plane(v)) neighbors_.push_back(u);
+        std::sort(neighbors_.begin(), neighbors_.end());
+        neighbors_.erase(std::unique(neighbors_.begin(), neighbors_.end()), neighbors_.end());
       }
-      for (const std::int32_t u : neighbors)
-        if (u != v) pairs.push_back({distance(point(v), point(u)), {v, u}});
+      for (const std::int32_t u : neighbors_)
+        if (u != v) pairs_.push_back({distance(point(v), point(u)), {v, u}});
     }
-    std::sort(pairs.begin(), pairs.end());
-    for (const auto& [d, vu] : pairs) {
-      const auto [v, u] = vu;
-      if (changed_[std::size_t(v)] <= tried_pair_.stamp(v, u)) continue;
-      if (collapse(v, u)) return true;
-      tried_pair_.set(v, u, stamp_);
-    }
+    std::sort(pairs_.begin(), pairs_.end());
+    for (const auto& [d, vu] : pairs_)
+      if (collapse(vu.first, vu.second)) return true;
+    for (const std::int32_t v : tet) tried_pairs_[std::size_t(v)] = graph_.stamp();
     return false;
   }
   std::size_t collapse_round() {
-    return for_bad(std::max(floor_, options_.collapse_above), tried_collapse_,
+    return for_bad(std::max(floor_, options_.collapse_above), &TetGraph::Element::tried_collapse,
                    [&](std::int32_t t) { return collapse_any(t); });
   }
 
   // --- result
   // ---------------------------------------------------------------------------------------------------------
   void write_back() {
-    std::size_t kept = 0;
-    for (std::size_t t = 0; t < mesh_.tets.size(); ++t) {
-      if (!alive(std::int32_t(t))) continue;
-      mesh_.tets[kept] = mesh_.tets[t];
-      mesh_.tet_slab[kept] = mesh_.tet_slab[t];
-      mesh_.tet_region[kept] = mesh_.tet_region[t];
-      ++kept;
-    }
-    mesh_.tets.resize(kept);
-    mesh_.tet_slab.resize(kept);
-    mesh_.tet_region.resize(kept);
-    std::vector<std::int32_t> index(points_.size(), kNone);
+    std::vector<std::int32_t> index(kind_.size(), kNone);
     std::int32_t next = 0;
     for (std::size_t k = 0; k < stack_.meshes.size(); ++k) {
       report(progress_, Stage::Improve, 1);
       PlaneMesh& mesh = stack_.meshes[k];
-      const std::int32_t first = first_[k], new_first = next;
+      const std::int32_t first = graph_.first()[k], new_first = next;
       std::vector<GridPoint> vertices;
       std::vector<char> fixed;
       for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
         const std::size_t global = std::size_t(first) + v;
         if (gone_[global] != kNone) continue;
         index[global] = next++;
-        vertices.push_back(points_[global]);
+        vertices.push_back(graph_.points()[global]);
         fixed.push_back(mesh.fixed[v]);
       }
       mesh.vertices = std::move(vertices);
@@ -899,8 +492,7 @@ private:
         }
     }
     collect_triangles(index);
-    for (Tet& t : mesh_.tets)
-      for (std::int32_t& v : t) v = index[std::size_t(v)];
+    graph_.give_back(mesh_, index);
   }
   /// The triangles of the planes are the horizontal faces of tets.
   void collect_triangles(const std::vector<std::int32_t>& index) {
@@ -915,14 +507,15 @@ private:
     };
     std::vector<std::vector<Face>> faces_of(stack_.meshes.size());
     Poll listen(to_listener_, 1 << 16);
-    for (std::size_t t = 0; t < mesh_.tets.size(); ++t) {
+    for (std::int32_t t = 0; t < std::int32_t(graph_.size()); ++t) {
       listen();
-      const Tet& tet = mesh_.tets[t];
+      if (!graph_.alive(t)) continue;
+      const Tet& tet = graph_[t].v;
       for (std::size_t i = 0; i < 4; ++i) {
         const std::int32_t a = tet[(i + 1) % 4], b = tet[(i + 2) % 4], c = tet[(i + 3) % 4];
-        if (plane(a) != plane(b) || plane(a) != plane(c)) continue;
+        if (graph_.plane(a) != graph_.plane(b) || graph_.plane(a) != graph_.plane(c)) continue;
         Face face;
-        const auto level = std::size_t(plane(a));
+        const auto level = std::size_t(graph_.plane(a));
         face.vertices = {index[std::size_t(a)], index[std::size_t(b)], index[std::size_t(c)]};
         for (std::int32_t& v : face.vertices) v -= start[level];
         if (orientation(point(a), point(b), point(c)) < 0) std::swap(face.vertices[1], face.vertices[2]);
@@ -930,8 +523,8 @@ private:
                     face.vertices.end());
         face.sorted = face.vertices;
         std::sort(face.sorted.begin(), face.sorted.end());
-        face.side = plane(tet[i]) < plane(a) ? 0 : 1;
-        face.cell = {mesh_.tet_slab[t], mesh_.tet_region[t]};
+        face.side = graph_.plane(tet[i]) < graph_.plane(a) ? 0 : 1;
+        face.cell = {graph_[t].slab, graph_[t].region};
         faces_of[level].push_back(face);
       }
     }
@@ -950,53 +543,37 @@ private:
     }
   }
 
-  static constexpr double kLookAtAngles = 3.5;  ///< R/3r; angles of better tets are not small
-  static constexpr double kAngleWeight = 0.6;   ///< over the sine of a dihedral angle: 4 degrees are as bad as 8.6
-  static constexpr double kVeryBad = 8;         ///< R/3r
-  static constexpr double kBad = 3;             ///< R/3r; what is above is worked on first
+  static constexpr std::int64_t kPollEvery = 1 << 16;   ///< ratings
+  static constexpr double kVeryBad = 8;                 ///< R/3r
+  static constexpr double kBad = 3;                     ///< R/3r; what is above is worked on first
   static constexpr std::int32_t kFirstColumnRound = 2;  ///< from 0; flips and free vertices have their turn before
-  static constexpr double kLittle = 0.4;          ///< of the operations of the best round: what is bad has had its turn
-  static constexpr double kLeastGain = 3e-3;      ///< share of the cost that a flip or a move has to gain
-  static constexpr int kStepSizes = 4;            ///< of a move, each 0.4 of the one before
-  static constexpr std::size_t kLongestRing = 9;  ///< edges with more tets around are not taken out
-  static constexpr double kLeastSlope = 0.1;      ///< share of the gradient that a move along a contour has to have
-  static constexpr double kCollapseGain = 0.1;    ///< what a collapse has to gain in the sum of R/3r ...
-  static constexpr double kGoodRatio = 1.3;       ///< ... above this: that of a column
-  static constexpr double kTolerable = 6;         ///< R/3r; a collapse may make a tet worse than the worst up to this
+  static constexpr double kLittle = 0.4;        ///< of the operations of the best round: what is bad has had its turn
+  static constexpr int kStepSizes = 4;          ///< of a move, each 0.4 of the one before
+  static constexpr double kLeastSlope = 0.1;    ///< share of the gradient that a move along a contour has to have
+  static constexpr double kCollapseGain = 0.1;  ///< what a collapse has to gain in the sum of R/3r ...
+  static constexpr double kGoodRatio = 1.3;     ///< ... above this: that of a column
+  static constexpr double kTolerable = 6;       ///< R/3r; a collapse may make a tet worse than the worst up to this
 
   PlaneStack& stack_;
   Mesh& mesh_;
   const ImproveOptions& options_;
   const Progress& progress_;
+  double share_ = 0;  // of the rounds
   const std::function<void()> to_listener_ = [this] { report(progress_, Stage::Improve, share_); };
-  std::vector<std::int32_t> first_;         // #P + 1, first vertex of each plane
-  std::vector<GridPoint> points_;           // #V
-  std::vector<std::int32_t> plane_;         // #V
-  std::vector<Kind> kind_;                  // #V
-  std::vector<std::array<double, 3>> xyz_;  // #V, the same with heights, in pitches; exact but for the heights
+  TetGraph graph_;
+  Flips flips_;
+  std::vector<Kind> kind_;  // #V
   std::unordered_map<std::int32_t, Neighbors> slide_;
-  std::vector<std::vector<std::int32_t>> at_;  // #V, tets
-  std::vector<double> badness_;                // #T
-  std::vector<std::int32_t> unused_;
-  std::vector<std::uint32_t> changed_;  // #V, stamp of the last change around
-  std::vector<std::int32_t> gone_;      // #V, the vertex it went into
-  std::uint32_t stamp_ = 1;
+  std::vector<std::int32_t> gone_;  // #V, the vertex it went into
   std::unique_ptr<ContourColumns> columns_;
   double floor_ = kBad;
-  mutable std::int64_t work_ = 0;  // tets rated
   std::int64_t next_poll_ = 0;
-  double share_ = 0;  // of the rounds
-  std::vector<std::uint32_t> tried_flip_, tried_smooth_, tried_column_, tried_collapse_;
-  Memory tried_edge_, tried_pair_;
-  Flip best_;
-  bool gainful_ = false;  // the edge that is tried, perhaps
-  std::vector<std::int32_t> around_, ring_, old_;
-  std::vector<std::pair<std::int32_t, std::int32_t>> links_;
-  std::vector<std::pair<std::size_t, std::size_t>> spans_;
-  std::vector<Tet> tets_;
-  std::vector<Cell> cells_;
-  std::array<std::vector<std::pair<std::int32_t, std::int32_t>>, 2> slab_links_;
-  std::vector<double> badnesses_;
+  std::vector<std::uint32_t> tried_smooth_, tried_pairs_, tried_column_;  // stamps
+  // Of the vertex in question: its tets by their edges to the others; of it or a column, the ratings.
+  std::vector<std::array<TetGraph::Vector, 3>> corners_;
+  std::vector<double> ratings_, best_ratings_;
+  std::vector<std::int32_t> neighbors_;
+  std::vector<std::pair<double, std::pair<std::int32_t, std::int32_t>>> pairs_;
   std::vector<std::int32_t> star_;                     // tets around the column in question
   std::vector<ContourColumns::Place> before_, after_;  // where what moves with it was, and where it would go
 };
