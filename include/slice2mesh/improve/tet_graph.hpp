@@ -48,10 +48,11 @@ public:
     }
     first_.push_back(std::int32_t(points_.size()));
     elements_.resize(mesh.tets.size());
-    for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
-      elements_[t].v = mesh.tets[t];
-      elements_[t].slab = mesh.tet_slab[t];
-      elements_[t].region = mesh.tet_region[t];
+    const std::vector<std::int32_t> order = spatial_order(mesh);
+    for (std::size_t t = 0; t < order.size(); ++t) {
+      elements_[t].v = mesh.tets[std::size_t(order[t])];
+      elements_[t].slab = mesh.tet_slab[std::size_t(order[t])];
+      elements_[t].region = mesh.tet_region[std::size_t(order[t])];
     }
     mesh.tets = {};
     mesh.tet_slab = {};
@@ -237,9 +238,39 @@ public:
   }
 
 private:
+  /// Tets by slabs, and in a slab along a Morton curve: what is near in space is near in memory.
+  [[nodiscard]] std::vector<std::int32_t> spatial_order(const Mesh& mesh) const {
+    GridPoint low{kGridLimit, kGridLimit}, high{-kGridLimit, -kGridLimit};
+    for (const GridPoint& p : points_) {
+      low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+      high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+    }
+    int shift = 2;  // sums of four coordinates, to 16 bits
+    while ((std::max(high.x - low.x, high.y - low.y) >> (shift - 2)) >= (1 << 16)) ++shift;
+    const auto spread = [](std::int64_t n) {
+      auto x = std::uint64_t(n);
+      x = (x | x << 8) & 0x00ff00ffU;
+      x = (x | x << 4) & 0x0f0f0f0fU;
+      x = (x | x << 2) & 0x33333333U;
+      return (x | x << 1) & 0x55555555U;
+    };
+    std::vector<std::pair<std::uint64_t, std::int32_t>> keys(mesh.tets.size());
+    for (std::size_t t = 0; t < keys.size(); ++t) {
+      std::int64_t x = -4 * low.x, y = -4 * low.y;
+      for (const std::int32_t v : mesh.tets[t]) {
+        x += point(v).x;
+        y += point(v).y;
+      }
+      keys[t] = {std::uint64_t(mesh.tet_slab[t]) << 32 | spread(x >> shift) | spread(y >> shift) << 1, std::int32_t(t)};
+    }
+    std::sort(keys.begin(), keys.end());
+    std::vector<std::int32_t> order(keys.size());
+    for (std::size_t t = 0; t < keys.size(); ++t) order[t] = keys[t].second;
+    return order;
+  }
   /// A face that waits for the other tet at it.
   struct Face {
-    std::array<std::int32_t, 3> vertices;  // ascending
+    std::int32_t a, b, c;  // vertices, ascending
     std::int32_t tet;
     std::size_t opposite;
   };
@@ -250,13 +281,13 @@ private:
     if (a > b) std::swap(a, b);
     if (b > c) std::swap(b, c);
     if (a > b) std::swap(a, b);
-    return {{a, b, c}, t, opposite};
+    return {a, b, c, t, opposite};
   }
   [[nodiscard]] std::int32_t& across(const Face& face) { return (*this)[face.tet].across[face.opposite]; }
   /// Joins a face with the one that waits for it, or lets it wait.
   void join(const Face& face) {
     for (Face& other : open_) {
-      if (other.vertices != face.vertices) continue;
+      if (other.a != face.a || other.b != face.b || other.c != face.c) continue;
       across(face) = other.tet;
       across(other) = face.tet;
       other = open_.back();
@@ -275,7 +306,7 @@ private:
         for (std::size_t i = 0; i < 4; ++i) {
           if ((*this)[t].v[i] == std::int32_t(v)) continue;
           const Face face = face_of(t, i);
-          if (face.vertices[0] == std::int32_t(v)) join(face);
+          if (face.a == std::int32_t(v)) join(face);
         }
     }
   }
