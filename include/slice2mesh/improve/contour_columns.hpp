@@ -107,6 +107,8 @@ public:
   /// Begins questions about moves of a movable column: `before` gets all that moves with it and where that is now.
   void take(std::size_t i, std::vector<Place>& before) {
     taken_ = i;
+    changing_.clear();
+    way_doubt_ = slice_doubt_ = 0;
     before.clear();
     splits_.clear();
     ++stamp_;
@@ -561,9 +563,9 @@ private:
     return false;
   }
 
-  /// The edges that change in their planes.
+  /// The edges that change in their planes, wherever the column goes.
   void find_changing() {
-    changing_.clear();
+    if (!changing_.empty()) return;
     for (const std::int32_t c : columns_[taken_].group) {
       const Column& column = columns_[std::size_t(c)];
       for (const Site& site : column.sites)
@@ -575,10 +577,22 @@ private:
     std::sort(changing_.begin(), changing_.end());
     changing_.erase(std::unique(changing_.begin(), changing_.end()), changing_.end());
   }
+  /// Does f hold for 0 to n - 1? Begins with `doubt`, which becomes the one for which it does not: the next place of a
+  /// column is likely to fail for the same one.
+  template <class F>
+  [[nodiscard]] static bool all_from(std::size_t& doubt, std::size_t n, F&& f) {
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::size_t k = (doubt + i) % n;
+      if (f(k)) continue;
+      doubt = k;
+      return false;
+    }
+    return true;
+  }
   /// Does nothing get in the way of anything that moves, on any plane?
   [[nodiscard]] bool way_is_clear() {
     find_changing();
-    return std::all_of(changing_.begin(), changing_.end(), [&](const Chain& c) { return chain_is_clear(c); });
+    return all_from(way_doubt_, changing_.size(), [&](std::size_t k) { return chain_is_clear(changing_[k]); });
   }
   [[nodiscard]] bool chain_is_clear(const Chain& own) {
     const std::size_t plane = plane_of(own.slab, own.top);
@@ -674,11 +688,11 @@ private:
     const std::vector<std::int32_t>& group = columns_[taken_].group;
     gains_.clear();
     if (group.size() == 1) {
-      for (const Site& site : columns_[taken_].sites) {
-        moved_sites_.assign(1, {site, targets_.front()});
-        if (!keeps_slice(0, 1, keep)) return false;
-      }
-      return true;
+      const std::vector<Site>& sites = columns_[taken_].sites;
+      return all_from(slice_doubt_, sites.size(), [&](std::size_t k) {
+        moved_sites_.assign(1, {sites[k], targets_.front()});
+        return keeps_slice(0, 1, keep);
+      });
     }
     moved_sites_.clear();
     for (std::size_t k = 0; k < group.size(); ++k)
@@ -779,6 +793,7 @@ private:
   std::vector<double> shares_;                    // of its group
   std::vector<GridPoint> targets_;                // of its group
   std::vector<Chain> changing_;
+  std::size_t way_doubt_ = 0, slice_doubt_ = 0;          // of changing_, of its sites: what was in the way last
   std::vector<std::int32_t> own_, other_;                // chains in question
   std::vector<std::pair<Site, GridPoint>> moved_sites_;  // and where they go
   std::vector<Segment> before_, now_;
