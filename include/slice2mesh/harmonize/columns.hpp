@@ -55,6 +55,8 @@ public:
       listen(outline.edges.size() + 1);
       sheets_.emplace_back(outline);
     }
+    find_places(listen);
+    make_panels(listen);
   }
 
   /// Merges until nothing more can be merged, or a number of rounds is over, then moves apart. `changed` (#S) tells the
@@ -94,34 +96,24 @@ private:
   /// The contour of one slab while it changes.
   struct Sheet {
     explicit Sheet(Outline& o)
-        : outline(o), start(o), edges_at(o.vertices.size()), alive(o.edges.size(), 1), found(o.edges.size(), 0),
+        : outline(o), edges_at(o.vertices.size()), alive(o.edges.size(), 1), panel(o.edges.size(), kNone),
           drift(o.vertices.size(), 0) {
-      place.reserve(o.vertices.size());
-      for (std::size_t v = 0; v < o.vertices.size(); ++v) place.emplace(o.vertices[v], std::int32_t(v));
       for (std::size_t e = 0; e < o.edges.size(); ++e) {
         edges_at[std::size_t(o.edges[e].a)].push_back(std::int32_t(e));
         edges_at[std::size_t(o.edges[e].b)].push_back(std::int32_t(e));
       }
     }
     Outline& outline;
-    SegmentIndex start;                               // edges where they were at first
     std::vector<std::vector<std::int32_t>> edges_at;  // #V
     std::vector<char> alive;                          // #E
-    std::vector<std::uint32_t> found;                 // #E: by which search
-    std::uint32_t search = 0;                         // the last one
-    double farthest = 0;                              // of all drifts
+    std::vector<std::int32_t> panel;                  // #E: the panel that the edge belongs to
     std::vector<double> drift;                        // #V: how far the ends of edges at a vertex have come
-    std::unordered_map<GridPoint, std::int32_t, GridHash> place;
     std::unique_ptr<SliceNearness> slice;
 
     [[nodiscard]] const GridPoint& point(std::int32_t v) const { return outline.vertices[std::size_t(v)]; }
     [[nodiscard]] std::int32_t other_end(std::int32_t e, std::int32_t v) const {
       const Outline::Edge& edge = outline.edges[std::size_t(e)];
       return edge.a == v ? edge.b : edge.a;
-    }
-    [[nodiscard]] std::int32_t at(const GridPoint& p) const {
-      const auto it = place.find(p);
-      return it == place.end() ? kNone : it->second;
     }
     [[nodiscard]] std::int32_t edge_between(std::int32_t v, std::int32_t w) const {
       for (const std::int32_t e : edges_at[std::size_t(v)])
@@ -154,6 +146,100 @@ private:
     return s > 0 && s < slabs_.size() && slabs_[s - 1].z_high == slabs_[s].z_low;
   }
 
+  /// A vertex of one slab.
+  struct Standing {
+    std::size_t slab;
+    std::int32_t vertex;
+  };
+  /// An edge with the same place in consecutive slabs. What it is asked about is the same in all of them, and their
+  /// columns move as a whole: so does the panel.
+  struct Panel {
+    GridPoint a, b;
+    std::ptrdiff_t first, last;  // slabs
+    std::uint32_t found = 0;     // by which search
+    bool alive = true;
+  };
+  /// A panel that ends in the column in question, from there to x. `alone`: in one of its slabs the pair of columns
+  /// that is to be merged is not there as a whole.
+  struct Moving {
+    std::size_t panel;
+    GridPoint p, x;
+    bool alone;
+  };
+  /// Does another panel stand in slabs of a panel, or in slabs next to one of them? Both may be.
+  struct Beneath {
+    bool same_slab, next_slab;
+  };
+
+  void find_places(Poll& listen) {
+    std::size_t most = 0;
+    for (const Sheet& sheet : sheets_) most = std::max(most, sheet.outline.vertices.size());
+    places_.reserve(2 * most);
+    for (std::size_t s = 0; s < sheets_.size(); ++s)
+      for (std::size_t v = 0; v < sheets_[s].outline.vertices.size(); ++v) {
+        listen();
+        places_[sheets_[s].outline.vertices[v]].push_back({s, std::int32_t(v)});
+      }
+  }
+  void make_panels(Poll& listen) {
+    for (std::size_t s = 0; s < sheets_.size(); ++s) {
+      Sheet& sheet = sheets_[s];
+      for (std::size_t e = 0; e < sheet.outline.edges.size(); ++e) {
+        listen();
+        const GridPoint &a = sheet.point(sheet.outline.edges[e].a), &b = sheet.point(sheet.outline.edges[e].b);
+        std::int32_t& panel = sheet.panel[e];
+        if (stacked(s)) {  // goes on from below, with the same direction
+          const Sheet& below = sheets_[s - 1];
+          const std::int32_t v = at(s - 1, a), w = v != kNone ? at(s - 1, b) : kNone;
+          const std::int32_t f = w != kNone ? below.edge_between(v, w) : kNone;
+          if (f != kNone && below.outline.edges[std::size_t(f)].a == v) panel = below.panel[std::size_t(f)];
+        }
+        if (panel != kNone) {
+          panels_[std::size_t(panel)].last = std::ptrdiff_t(s);
+          continue;
+        }
+        panel = std::int32_t(panels_.size());
+        panels_.push_back({a, b, std::ptrdiff_t(s), std::ptrdiff_t(s)});
+      }
+    }
+    GridPoint low, high;
+    if (!panels_.empty()) low = high = panels_.front().a;
+    for (const Panel& panel : panels_)
+      for (const GridPoint& p : {panel.a, panel.b}) {
+        low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+        high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+      }
+    // Contours are lines in an area, so most cells are empty: they can be small.
+    constexpr std::size_t kCells = 8;  // per panel
+    buckets_ = Buckets(low, high, kCells * panels_.size());
+    bucket_.assign(buckets_.size(), kNone);
+    for (std::size_t w = 0; w < panels_.size(); ++w) {
+      listen();
+      put_panel(w);
+    }
+  }
+  /// Puts a panel where it stands now. Where it stood before it is still found, and looked at in vain.
+  void put_panel(std::size_t w) {
+    buckets_.for_each_on(panels_[w].a, panels_[w].b, 0, [&](std::size_t bucket) {
+      entries_.push_back({std::int32_t(w), bucket_[bucket]});
+      bucket_[bucket] = std::int32_t(entries_.size()) - 1;
+    });
+  }
+  /// The vertex of a slab at a place, or kNone.
+  [[nodiscard]] std::int32_t at(std::size_t slab, const GridPoint& p) const {
+    const auto it = places_.find(p);
+    return it == places_.end() ? kNone : at(slab, it->second);
+  }
+  [[nodiscard]] static std::int32_t at(std::size_t slab, const std::vector<Standing>& place) {
+    const auto it = first_from(slab, place);
+    return it != place.end() && it->slab == slab ? it->vertex : kNone;
+  }
+  [[nodiscard]] static std::vector<Standing>::const_iterator first_from(std::size_t slab,
+                                                                        const std::vector<Standing>& place) {
+    return std::lower_bound(place.begin(), place.end(), slab,
+                            [](const Standing& standing, std::size_t s) { return standing.slab < s; });
+  }
+
   [[nodiscard]] std::vector<Candidate> close_pairs(const std::function<void()>& poll) const {
     std::vector<Candidate> result;
     const auto reach = std::int64_t(std::ceil(limits_.near));
@@ -175,7 +261,7 @@ private:
         if (d >= limits_.near) continue;
         if (q < p) std::swap(p, q);
         if (stacked(s)) {  // once for the lowest slab that has both
-          const std::int32_t v = sheets_[s - 1].at(p), w = sheets_[s - 1].at(q);
+          const std::int32_t v = at(s - 1, p), w = at(s - 1, q);
           if (v != kNone && w != kNone && sheets_[s - 1].edge_between(v, w) != kNone) continue;
         }
         result.push_back({d, s, p, q});
@@ -184,13 +270,13 @@ private:
       if (stacked(s)) {
         for (const auto& item : above) {
           const GridPoint& w = item.first;
-          if (sheets_[s - 1].at(w) != kNone) continue;
+          if (at(s - 1, w) != kNone) continue;
           for (auto it = std::lower_bound(below.begin(), below.end(), GridPoint{w.x - reach, INT64_MIN},
                                           [](const auto&a, const GridPoint&b) { return a.first < b; });
                it != below.end() && it->first.x <= w.x + reach; ++it) {
             looked();
             const double d = distance(it->first, w);
-            if (d < limits_.near && sheet.at(it->first) == kNone) result.push_back({d, s - 1, it->first, w});
+            if (d < limits_.near && at(s, it->first) == kNone) result.push_back({d, s - 1, it->first, w});
           }
         }
       }
@@ -229,12 +315,15 @@ private:
       if (!v_there || !w_there) return false;
     }
     clearance_ = std::min(limits_.clearance, kClearer * c.distance);
+    find_moving();
     std::array<std::pair<double, GridPoint>, 3> targets{
         {{0, c.v}, {0, c.w}, {0, contour_point_between(c.v, c.w, 0.5)}}};
     for (auto& target : targets) target.first = change(target.second);
     std::stable_sort(targets.begin(), targets.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     for (const auto& target : targets) {
-      if (target.first > limits_.deviation || !possible(c, target.second)) continue;
+      if (target.first > limits_.deviation) continue;
+      if (near_.empty()) find_near(c.distance);
+      if (!possible(c, target.second)) continue;
       apply(target.second);
       for (const Step& step : steps_) changed[step.slab] = 1;
       return true;
@@ -260,7 +349,7 @@ private:
         looked();
         if (sheet.edges_at[v].empty()) continue;
         const GridPoint p = sheet.point(std::int32_t(v));
-        if (stacked(s) && sheets_[s - 1].at(p) != kNone) continue;  // once, for the lowest slab
+        if (stacked(s) && at(s - 1, p) != kNone) continue;  // once, for the lowest slab
         if (!find_column(s, p)) continue;
         find_beside(p, 0);
         const double gap = gap_at(p, 0);
@@ -353,16 +442,36 @@ private:
   /// Finds the slabs that have v, or w if it is given, or both: from `slab` up and down. False if `slab` has neither.
   bool find_steps(std::size_t slab, const GridPoint& v, const GridPoint* w) {
     steps_.clear();
-    const auto add = [&](std::size_t s) {
-      const Step step{s, sheets_[s].at(v), w != nullptr ? sheets_[s].at(*w) : kNone};
-      if (step.v == kNone && step.w == kNone) return false;
-      steps_.push_back(step);
+    static const std::vector<Standing> kNowhere;
+    const auto place_of = [&](const GridPoint& p) -> const std::vector<Standing>& {
+      const auto it = places_.find(p);
+      return it == places_.end() ? kNowhere : it->second;
+    };
+    const std::vector<Standing>&at_v = place_of(v), &at_w = w != nullptr ? place_of(*w) : kNowhere;
+    const auto from_v = first_from(slab, at_v), from_w = first_from(slab, at_w);
+    const auto add = [&](std::size_t s, bool has_v, bool has_w, std::int32_t vertex, std::int32_t other) {
+      if (!has_v && !has_w) return false;
+      steps_.push_back({s, has_v ? vertex : kNone, has_w ? other : kNone});
       return true;
     };
-    if (!add(slab)) return false;
-    for (std::size_t s = slab; stacked(s) && add(s - 1); --s) {
+    const auto up = [&](std::size_t s, auto& i, auto& j) {
+      const bool has_v = i != at_v.end() && i->slab == s, has_w = j != at_w.end() && j->slab == s;
+      if (!add(s, has_v, has_w, has_v ? i->vertex : kNone, has_w ? j->vertex : kNone)) return false;
+      if (has_v) ++i;
+      if (has_w) ++j;
+      return true;
+    };
+    auto i = from_v, j = from_w;
+    if (!up(slab, i, j)) return false;
+    auto k = from_v, l = from_w;  // those above are next
+    for (std::size_t s = slab; stacked(s); --s) {
+      const bool has_v = k != at_v.begin() && std::prev(k)->slab == s - 1,
+                 has_w = l != at_w.begin() && std::prev(l)->slab == s - 1;
+      if (has_v) --k;
+      if (has_w) --l;
+      if (!add(s - 1, has_v, has_w, has_v ? k->vertex : kNone, has_w ? l->vertex : kNone)) break;
     }
-    for (std::size_t s = slab + 1; stacked(s) && add(s); ++s) {
+    for (std::size_t s = slab + 1; stacked(s) && up(s, i, j); ++s) {
     }
     return true;
   }
@@ -372,39 +481,100 @@ private:
              return frozen_[step.slab] != 0 || sheets_[step.slab].edges_at[std::size_t(step.v)].size() > kMostEdges;
            });
   }
+  /// Finds the panels at the column, or pair of columns, that `find_steps` was called for, without the one between
+  /// them.
+  void find_moving() {
+    moving_.clear();
+    near_.clear();
+    ++search_;
+    between_.clear();
+    doubtful_ = 0;
+    for (const Step& step : steps_) {
+      const Sheet& sheet = sheets_[step.slab];
+      const bool alone = step.v == kNone || step.w == kNone;
+      for (const std::int32_t v : {step.v, step.w}) {
+        if (v == kNone) continue;
+        for (const std::int32_t e : sheet.edges_at[std::size_t(v)]) {
+          looked();
+          const std::int32_t x = sheet.other_end(e, v);
+          if (x == step.v || x == step.w) {
+            const std::int32_t pair = sheet.panel[std::size_t(e)];
+            if (std::find(between_.begin(), between_.end(), pair) == between_.end()) between_.push_back(pair);
+            continue;
+          }
+          const auto w = std::size_t(sheet.panel[std::size_t(e)]);
+          Panel& panel = panels_[w];
+          if (panel.found != search_) {
+            panel.found = search_;
+            moving_.push_back({w, sheet.point(v), sheet.point(x), alone});
+          } else if (alone) {
+            for (Moving& m : moving_)
+              if (m.panel == w) m.alone = true;
+          }
+        }
+      }
+    }
+  }
+  /// Finds the panels, whatever their slabs, that may matter where the column moves by up to `move`: for the distances
+  /// that `apart` and `clearance` limit, and for what the slice is near to.
+  void find_near(double move) {
+    near_.clear();
+    ++search_;
+    // Parts of a slice count that are up to half a piece farther from the old edges than `most`, and the edges within
+    // `most` of them.
+    const double reach = std::max(std::max(limits_.apart, clearance_) + move, (2 + kResolution) * limits_.most);
+    const auto pad = std::int64_t(std::ceil(reach)) + kContourStep;  // places are rounded to steps
+    const auto search = [&](const GridPoint& p, const GridPoint& x) {
+      const GridPoint low{std::min(p.x, x.x) - pad, std::min(p.y, x.y) - pad};
+      const GridPoint high{std::max(p.x, x.x) + pad, std::max(p.y, x.y) + pad};
+      buckets_.for_each_on(p, x, pad, [&](std::size_t bucket) {
+        looked();
+        for (std::int32_t i = bucket_[bucket]; i != kNone; i = entries_[std::size_t(i)].next) {
+          looked();
+          Panel& panel = panels_[std::size_t(entries_[std::size_t(i)].panel)];
+          if (panel.found == search_ || !panel.alive) continue;
+          if (std::max(panel.a.x, panel.b.x) < low.x || std::min(panel.a.x, panel.b.x) > high.x) continue;
+          if (std::max(panel.a.y, panel.b.y) < low.y || std::min(panel.a.y, panel.b.y) > high.y) continue;
+          panel.found = search_;
+          near_.push_back(panel);
+        }
+      });
+    };
+    for (const Moving& m : moving_) search(m.p, m.x);
+    for (const std::int32_t pair : between_) search(panels_[std::size_t(pair)].a, panels_[std::size_t(pair)].b);
+  }
+  [[nodiscard]] Beneath beneath(const Panel& panel, const Panel& other) const {
+    const auto meets = [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+      return std::max(first, other.first) <= std::min(last, other.last);
+    };
+    const bool below = stacked(std::size_t(panel.first)), above = stacked(std::size_t(panel.last) + 1);
+    return {meets(panel.first, panel.last), meets(panel.first - (below ? 1 : 0), panel.last - 1) ||
+                                                meets(panel.first + 1, panel.last + (above ? 1 : 0))};
+  }
+
   /// An edge uw that is near an edge of the column in question, from its vertex to x.
   struct Beside {
     GridPoint x, u, w;
-    bool same_slab;
+    Beneath beneath;
   };
   /// Finds what may be nearer than `apart` to the column at p, or to its edges, while it is within `radius` of p: edges
   /// of its slabs and of those next to them that do not end in p.
   void find_beside(const GridPoint& p, double radius) {
     beside_.clear();
+    find_moving();
+    find_near(radius);
     const auto near = std::int64_t(std::ceil(limits_.apart + radius));
-    for (const Step& step : steps_) {
-      const Sheet& sheet = sheets_[step.slab];
-      for (const std::int32_t e : sheet.edges_at[std::size_t(step.v)]) {
-        const GridPoint x = sheet.point(sheet.other_end(e, step.v));
-        const GridPoint low{std::min(p.x, x.x) - near, std::min(p.y, x.y) - near};
-        const GridPoint high{std::max(p.x, x.x) + near, std::max(p.y, x.y) + near};
-        const std::size_t first = stacked(step.slab) ? step.slab - 1 : step.slab;
-        const std::size_t last = stacked(step.slab + 1) ? step.slab + 1 : step.slab;
-        for (std::size_t s = first; s <= last; ++s) {
-          Sheet& other = sheets_[s];
-          ++other.search;
-          const auto pad = std::int64_t(std::ceil(limits_.apart + radius + other.farthest)) + 1;
-          other.start.for_each_near(p, x, pad, [&](std::size_t f) {
-            looked();
-            if (!other.alive[f] || other.found[f] == other.search) return;
-            other.found[f] = other.search;
-            const GridPoint &u = other.point(other.outline.edges[f].a), &w = other.point(other.outline.edges[f].b);
-            if (u == p || w == p) return;
-            if (std::max(u.x, w.x) < low.x || std::min(u.x, w.x) > high.x) return;
-            if (std::max(u.y, w.y) < low.y || std::min(u.y, w.y) > high.y) return;
-            beside_.push_back({x, u, w, s == step.slab});
-          });
-        }
+    for (const Moving& m : moving_) {
+      const GridPoint low{std::min(p.x, m.x.x) - near, std::min(p.y, m.x.y) - near};
+      const GridPoint high{std::max(p.x, m.x.x) + near, std::max(p.y, m.x.y) + near};
+      looked(near_.size());
+      for (const Panel& other : near_) {
+        const GridPoint &u = other.a, &w = other.b;
+        if (u == p || w == p) continue;
+        if (std::max(u.x, w.x) < low.x || std::min(u.x, w.x) > high.x) continue;
+        if (std::max(u.y, w.y) < low.y || std::min(u.y, w.y) > high.y) continue;
+        const Beneath slabs = beneath(panels_[m.panel], other);
+        if (slabs.same_slab || slabs.next_slab) beside_.push_back({m.x, u, w, slabs});
       }
     }
   }
@@ -415,16 +585,12 @@ private:
     constexpr double kOn = kAttachSteps * double(kContourStep);
     double gap = limits_.apart;
     looked(beside_.size());
-    for (const Step& step : steps_) {
-      const Sheet& sheet = sheets_[step.slab];
-      for (const std::int32_t e : sheet.edges_at[std::size_t(step.v)])
-        gap = std::min(gap, distance(q, sheet.point(sheet.other_end(e, step.v))));
-    }
+    for (const Moving& m : moving_) gap = std::min(gap, distance(q, m.x));
     for (std::size_t i = 0; i < beside_.size(); ++i) {
       if (gap < floor) break;
       const Beside b = beside_[i];
       const auto apart = [&](double d) {
-        if (d < gap && (b.same_slab || d > kOn)) gap = d;
+        if (d < gap && (b.beneath.same_slab || d > kOn)) gap = d;
       };
       const auto near = std::int64_t(gap) + 1;
       if (std::max(b.u.x, b.w.x) < std::min(q.x, b.x.x) - near || std::min(b.u.x, b.w.x) > std::max(q.x, b.x.x) + near)
@@ -432,7 +598,7 @@ private:
       if (std::max(b.u.y, b.w.y) < std::min(q.y, b.x.y) - near || std::min(b.u.y, b.w.y) > std::max(q.y, b.x.y) + near)
         continue;
       apart(segment_distance(q, b.u, b.w));
-      if (!b.same_slab) gap = std::min({gap, distance(q, b.u), distance(q, b.w)});
+      if (b.beneath.next_slab) gap = std::min({gap, distance(q, b.u), distance(q, b.w)});
       if (b.u != b.x) apart(segment_distance(b.u, q, b.x));
       if (b.w != b.x) apart(segment_distance(b.w, q, b.x));
       // What is in the way of this place is in the way of the next one, most likely.
@@ -444,7 +610,7 @@ private:
   [[nodiscard]] std::vector<GridPoint> feet(const GridPoint& p) const {
     std::vector<GridPoint> result;
     for (const Beside& b : beside_) {
-      if (b.same_slab || segment_distance(p, b.u, b.w) >= limits_.apart) continue;
+      if (!b.beneath.next_slab || segment_distance(p, b.u, b.w) >= limits_.apart) continue;
       const double length = distance(b.u, b.w), t = double(dot(b.u, b.w, p)) / (length * length);
       if (t > 0 && t < 1) result.push_back(contour_point_between(b.u, b.w, t));
     }
@@ -456,99 +622,78 @@ private:
   /// The largest distance by which a contour moves away from itself, about.
   [[nodiscard]] double change(const GridPoint& target) const {
     double worst = 0;
-    for (const Step& step : steps_) {
-      const Sheet& sheet = sheets_[step.slab];
-      for (const std::int32_t v : {step.v, step.w}) {
-        if (v == kNone) continue;
-        for (const std::int32_t e : sheet.edges_at[std::size_t(v)]) {
-          const std::int32_t x = sheet.other_end(e, v);
-          if (x == step.v || x == step.w) continue;
-          worst = std::max(worst, segment_distance(sheet.point(v), sheet.point(x), target));
-          // Where both are there, the target lies on the edge between them.
-          if (step.v == kNone || step.w == kNone)
-            worst = std::max(worst, segment_distance(target, sheet.point(x), sheet.point(v)));
-        }
-      }
+    for (const Moving& m : moving_) {
+      worst = std::max(worst, segment_distance(m.p, m.x, target));
+      // Where both are there, the target lies on the edge between them.
+      if (m.alone) worst = std::max(worst, segment_distance(target, m.x, m.p));
     }
     return worst;
   }
 
   [[nodiscard]] bool possible(const Candidate& c, const GridPoint& target) {
+    const auto place = places_.find(target);
     for (const Step& step : steps_) {
       const Sheet& sheet = sheets_[step.slab];
-      const std::int32_t there = sheet.at(target);
+      const std::int32_t there = place == places_.end() ? kNone : at(step.slab, place->second);
       if (there != kNone && there != step.v && there != step.w) return false;
       for (const std::int32_t v : {step.v, step.w})
         if (v != kNone && sheet.drift[std::size_t(v)] + distance(sheet.point(v), target) > reach_) return false;
     }
-    for (const Step& step : steps_)
-      if (!way_is_clear(c, step, target)) return false;
-    for (const Step& step : steps_)
-      if (!stays_near_slice(step, target)) return false;
+    for (const Moving& m : moving_)
+      if (!way_is_clear(c, m, target)) return false;
+    for (std::size_t i = 0; i < steps_.size(); ++i) {
+      // What fails for this target fails for the next one in the same slab, most likely.
+      const std::size_t k = i == 0 ? doubtful_ : (i <= doubtful_ ? i - 1 : i);
+      if (stays_near_slice(c, steps_[k], target)) continue;
+      doubtful_ = k;
+      return false;
+    }
     return true;
   }
 
   /// Does a vertex get too near to an edge, or leave one of another slab that it lies on? On: the overlay of the plane
   /// leads the edge through the vertex.
-  [[nodiscard]] bool gets_close(double before, double now, bool same_slab) const {
+  [[nodiscard]] bool gets_close(double before, double now, const Beneath& slabs) const {
     constexpr double kOn = kAttachSteps * double(kContourStep);
-    if (same_slab) return now < clearance_ && now < before;
-    return now < clearance_ && now > kOn && (now < before || before <= kOn);
+    if (!(now < clearance_)) return false;
+    return (slabs.same_slab && now < before) || (slabs.next_slab && now > kOn && (now < before || before <= kOn));
   }
 
-  /// Is nothing in the way, and no edge too long afterwards or too near to a vertex?
-  [[nodiscard]] bool way_is_clear(const Candidate& c, const Step& step, const GridPoint& target) const {
-    const Sheet& sheet = sheets_[step.slab];
-    const std::size_t first = stacked(step.slab) ? step.slab - 1 : step.slab;
-    const std::size_t last = stacked(step.slab + 1) ? step.slab + 1 : step.slab;
-    for (const std::int32_t v : {step.v, step.w}) {
-      if (v == kNone || sheet.point(v) == target) continue;
-      const GridPoint p = sheet.point(v);
-      const double move = distance(p, target);
-      for (const std::int32_t e : sheet.edges_at[std::size_t(v)]) {
-        const std::int32_t x = sheet.other_end(e, v);
-        if (x == step.v || x == step.w) continue;
-        const GridPoint q = sheet.point(x);
-        if (distance(target, q) > std::max(limits_.longest, distance(p, q))) return false;
-        const int turn = orientation(p, target, q);
-        const auto pad = std::int64_t(std::ceil(move + reach_ + limits_.clearance)) + 1;
-        const auto clear = std::int64_t(std::ceil(clearance_)) + 1;
-        const GridPoint low{std::min({p.x, target.x, q.x}) - clear, std::min({p.y, target.y, q.y}) - clear};
-        const GridPoint high{std::max({p.x, target.x, q.x}) + clear, std::max({p.y, target.y, q.y}) + clear};
-        if (turn == 0 && dot(q, p, target) <= 0) return false;  // it would fold
-        for (std::size_t s = first; s <= last; ++s) {
-          const Sheet& other = sheets_[s];
-          const auto blocks = [&](const GridPoint& y) {
-            if (y.x < low.x || y.x > high.x || y.y < low.y || y.y > high.y) return false;
-            if (y == p || y == q || y == target || y == c.v || y == c.w) return false;
-            const int a = orientation(p, target, y), b = orientation(target, q, y), d = orientation(q, p, y);
-            // Along its own line an edge only gains or loses the way.
-            if (turn == 0 ? segments_meet(p, target, y, y) : a * turn >= 0 && b * turn >= 0 && d * turn >= 0)
-              return true;
-            return gets_close(segment_distance(y, p, q), segment_distance(y, target, q), s == step.slab);
-          };
-          const bool blocked = other.start.any_near(p, q, pad, [&](std::size_t f) {
-            looked();
-            if (!other.alive[f]) return false;
-            const GridPoint &a = other.point(other.outline.edges[f].a), &b = other.point(other.outline.edges[f].b);
-            if (std::max(a.x, b.x) < low.x || std::min(a.x, b.x) > high.x) return false;
-            if (std::max(a.y, b.y) < low.y || std::min(a.y, b.y) > high.y) return false;
-            if (blocks(a) || blocks(b)) return true;
-            if (a == p || b == p || a == target || b == target) return false;
-            if (a == c.v || a == c.w || b == c.v || b == c.w) return false;
-            return gets_close(segment_distance(p, a, b), segment_distance(target, a, b), s == step.slab) ||
-                   (segments_meet(p, target, a, b) &&
-                    (orientation(p, target, a) != 0 || orientation(p, target, b) != 0));
-          });
-          if (blocked) return false;
-        }
-      }
-    }
-    return true;
+  /// Is nothing in the way of a panel, and no edge too long afterwards or too near to a vertex? Needs `find_near`.
+  [[nodiscard]] bool way_is_clear(const Candidate& c, const Moving& m, const GridPoint& target) const {
+    const GridPoint &p = m.p, &q = m.x;
+    if (p == target) return true;
+    if (distance(target, q) > std::max(limits_.longest, distance(p, q))) return false;
+    const int turn = orientation(p, target, q);
+    const auto clear = std::int64_t(std::ceil(clearance_)) + 1;
+    const GridPoint low{std::min({p.x, target.x, q.x}) - clear, std::min({p.y, target.y, q.y}) - clear};
+    const GridPoint high{std::max({p.x, target.x, q.x}) + clear, std::max({p.y, target.y, q.y}) + clear};
+    if (turn == 0 && dot(q, p, target) <= 0) return false;  // it would fold
+    looked(near_.size());
+    return std::none_of(near_.begin(), near_.end(), [&](const Panel& other) {
+      const GridPoint &a = other.a, &b = other.b;
+      if (std::max(a.x, b.x) < low.x || std::min(a.x, b.x) > high.x) return false;
+      if (std::max(a.y, b.y) < low.y || std::min(a.y, b.y) > high.y) return false;
+      const Beneath slabs = beneath(panels_[m.panel], other);
+      if (!slabs.same_slab && !slabs.next_slab) return false;
+      const auto blocks = [&](const GridPoint& y) {
+        if (y.x < low.x || y.x > high.x || y.y < low.y || y.y > high.y) return false;
+        if (y == p || y == q || y == target || y == c.v || y == c.w) return false;
+        const int i = orientation(p, target, y), j = orientation(target, q, y), k = orientation(q, p, y);
+        // Along its own line an edge only gains or loses the way.
+        if (turn == 0 ? segments_meet(p, target, y, y) : i * turn >= 0 && j * turn >= 0 && k * turn >= 0) return true;
+        return gets_close(segment_distance(y, p, q), segment_distance(y, target, q), slabs);
+      };
+      if (blocks(a) || blocks(b)) return true;
+      if (a == p || b == p || a == target || b == target) return false;
+      if (a == c.v || a == c.w || b == c.v || b == c.w) return false;
+      return gets_close(segment_distance(p, a, b), segment_distance(target, a, b), slabs) ||
+             (segments_meet(p, target, a, b) && (orientation(p, target, a) != 0 || orientation(p, target, b) != 0));
+    });
   }
 
   /// Is the slab still near to its slice, and its slice to the slab?
-  [[nodiscard]] bool stays_near_slice(const Step& step, const GridPoint& target) {
+  [[nodiscard]] bool stays_near_slice(const Candidate& c, const Step& step, const GridPoint& target) {
     Sheet& sheet = sheets_[step.slab];
     if (!sheet.slice) sheet.slice = std::make_unique<SliceNearness>(slices_[step.slab]);
     const NearnessLimits limits{limits_.deviation, limits_.most, kResolution};
@@ -566,18 +711,11 @@ private:
     for (const auto& edge : now_)
       if (!sheet.slice->is_near(edge, limits, listen_)) return false;
     // Other edges of the contour that may be nearest to a part of the slice.
-    const auto pad = std::int64_t(std::ceil(2 * limits_.most + reach_)) + 1;
-    const std::size_t own = now_.size();
-    const auto is_own = [&](const Outline::Edge& f) {
-      return f.a == step.v || f.b == step.v || f.a == step.w || f.b == step.w;
-    };
-    for (std::size_t k = 0; k < old_.size(); ++k)
-      sheet.start.for_each_near(old_[k].first, old_[k].second, pad, [&](std::size_t f) {
-        if (!sheet.alive[f] || is_own(sheet.outline.edges[f])) return;
-        now_.emplace_back(sheet.point(sheet.outline.edges[f].a), sheet.point(sheet.outline.edges[f].b));
-      });
-    std::sort(now_.begin() + std::ptrdiff_t(own), now_.end());
-    now_.erase(std::unique(now_.begin() + std::ptrdiff_t(own), now_.end()), now_.end());
+    const auto slab = std::ptrdiff_t(step.slab);
+    for (const Panel& other : near_)
+      if (other.first <= slab && slab <= other.last && other.a != c.v && other.b != c.v && other.a != c.w &&
+          other.b != c.w)
+        now_.emplace_back(other.a, other.b);
     return sheet.slice->stays_covered(old_, now_, limits, listen_);
   }
 
@@ -588,7 +726,8 @@ private:
       for (const std::int32_t v : {step.v, step.w}) {
         if (v == kNone) continue;
         drift = std::max(drift, sheet.drift[std::size_t(v)] + distance(sheet.point(v), target));
-        sheet.place.erase(sheet.point(v));
+        std::vector<Standing>& place = places_[sheet.point(v)];
+        place.erase(first_from(step.slab, place));
       }
       const std::int32_t stays = step.w != kNone ? step.w : step.v;
       if (step.v != kNone && step.w != kNone) {
@@ -605,9 +744,16 @@ private:
         sheet.edges_at[std::size_t(step.v)].clear();
       }
       sheet.outline.vertices[std::size_t(stays)] = target;
-      sheet.place[target] = stays;
+      std::vector<Standing>& place = places_[target];
+      place.insert(first_from(step.slab, place), {step.slab, stays});
       sheet.drift[std::size_t(stays)] = drift;
-      sheet.farthest = std::max(sheet.farthest, drift);
+    }
+    for (const std::int32_t pair : between_) panels_[std::size_t(pair)].alive = false;
+    for (const Moving& m : moving_) {
+      if (m.p == target) continue;
+      Panel& panel = panels_[m.panel];
+      (panel.a == m.p ? panel.a : panel.b) = target;
+      put_panel(m.panel);
     }
   }
 
@@ -626,6 +772,19 @@ private:
   double reach_;
   double clearance_ = 0;  // of the merge in question
   std::vector<Sheet> sheets_;
+  std::unordered_map<GridPoint, std::vector<Standing>, GridHash> places_;  // of vertices, by slab
+  std::vector<Panel> panels_;
+  struct Entry {
+    std::int32_t panel, next;
+  };
+  Buckets buckets_{GridPoint{}, GridPoint{}, 1};  // of panels
+  std::vector<std::int32_t> bucket_;              // the first entry of each, or kNone
+  std::vector<Entry> entries_;
+  std::uint32_t search_ = 0;           // the last one
+  std::vector<Moving> moving_;         // see find_moving
+  std::vector<std::int32_t> between_;  // panels between the two columns in question
+  std::vector<Panel> near_;            // see find_near
+  std::size_t doubtful_ = 0;           // the step that failed last
   std::vector<Step> steps_;
   std::vector<Beside> beside_;                   // see find_beside
   std::vector<std::array<GridPoint, 2>> walls_;  // see find_walls: points on both sides of the column
