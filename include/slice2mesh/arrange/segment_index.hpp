@@ -60,6 +60,8 @@ public:
       const bool any = buckets_.for_each_on_ring(p, ring, best.distance, [&](std::size_t cell) {
         if (listen != nullptr) (*listen)(start_[cell + 1] - start_[cell] + 1);
         for (std::size_t i = start_[cell]; i < start_[cell + 1]; ++i) {
+          const auto& [a, b] = segments_[items_[i]];
+          if (is_beyond(p, a, b, best.distance)) continue;
           const double d = distance_to(items_[i], p);
           if (d < best.distance) best = {d, static_cast<std::ptrdiff_t>(items_[i])};
         }
@@ -115,6 +117,15 @@ public:
   }
 
 private:
+  /// Is the box around a segment farther from p than `limit`, and so the distance as rounded? Its rounding is far below
+  /// one pitch: coordinates are below 2^40, and its terms within 2^-50 of their values.
+  [[nodiscard]] static bool is_beyond(const GridPoint& p, const GridPoint& a, const GridPoint& b, double limit) {
+    const auto outside = [](std::int64_t u, std::int64_t v, std::int64_t w) {
+      return double(std::max({std::int64_t(0), std::min(v, w) - u, u - std::max(v, w)}));
+    };
+    const double x = outside(p.x, a.x, b.x), y = outside(p.y, a.y, b.y);
+    return x * x + y * y > (limit + 1) * (limit + 1);
+  }
   GridPoint low() {
     low_ = segments_.empty() ? GridPoint{} : segments_.front().first;
     high_ = low_;

@@ -91,6 +91,15 @@ public:
     columns_ = (high.x - low.x) / cell_ + 1;
     rows_ = (high.y - low.y) / cell_ + 1;
   }
+  /// How many buckets to ask for, for `count` segments that are `length` pitches long in all: contours are lines in an
+  /// area, and leave most buckets empty. So they may be as small as segments are long, with up to kMost per segment.
+  [[nodiscard]] static std::size_t for_segments(const GridPoint& low, const GridPoint& high, std::size_t count,
+                                                double length) {
+    constexpr double kMost = 16;
+    const double mean = std::max(1.0, length / std::max<double>(1, double(count)));
+    const double fitting = (double(high.x - low.x) + 1) / mean * ((double(high.y - low.y) + 1) / mean);
+    return static_cast<std::size_t>(std::clamp(fitting, double(count), kMost * double(count)));
+  }
   [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(columns_ * rows_); }
   [[nodiscard]] std::size_t of(const GridPoint& p) const {
     return index((p.x - low_.x) / cell_, (p.y - low_.y) / cell_);
@@ -257,7 +266,9 @@ namespace detail {
   std::sort(keys.begin(), keys.end());
   keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
 
-  const Buckets buckets(low, high, keys.size());
+  double length = 0;
+  for (const Key& s : keys) length += detail::distance(s.a, s.b);
+  const Buckets buckets(low, high, Buckets::for_segments(low, high, keys.size(), length));
   std::vector<std::int32_t> start(buckets.size() + 1, 0), items;
   const auto fill = [&](std::size_t count, auto&& visit) {
     std::fill(start.begin(), start.end(), 0);
@@ -415,8 +426,10 @@ struct Attachment {
   std::vector<std::size_t> start, items;
   std::size_t weak = 0;
   GridPoint low, high;
+  double length = 0;
   if (reach > 0 && !segments.empty()) {
     for (const TaggedSegment& s : segments) {
+      length += detail::distance(s.from, s.to);
       ends.push_back(s.from);
       ends.push_back(s.to);
     }
@@ -433,7 +446,7 @@ struct Attachment {
       high = {std::max(high.x, p.x), std::max(high.y, p.y)};
     }
   }
-  const Buckets buckets(low, high, ends.size());
+  const Buckets buckets(low, high, Buckets::for_segments(low, high, ends.size(), length));
   if (!ends.empty()) {
     start.assign(buckets.size() + 1, 0);
     for (const GridPoint& p : ends) ++start[buckets.of(p) + 1];

@@ -60,9 +60,17 @@ public:
   [[nodiscard]] bool stays_covered(const std::vector<Edge>& old, const std::vector<Edge>& now,
                                    const NearnessLimits& limits, Poll* listen) {
     const auto wide = std::int64_t(std::ceil(limits.most)) + 1;
+    // No part of what is farther than this is asked about: parts that are not split further reach half of their length
+    // beyond `most`.
+    const auto beyond = std::int64_t(std::ceil((1 + limits.resolution) * limits.most)) + 2;
     seen_.clear();
     for (const Edge& edge : old)
-      slice_.for_each_near(edge.first, edge.second, wide, [&](std::size_t f) { seen_.push_back(f); });
+      slice_.for_each_near(edge.first, edge.second, wide, [&](std::size_t f) {
+        const auto& [a, b] = slice_.segment(f);
+        if (apart(a.x, b.x, edge.first.x, edge.second.x) > beyond) return;
+        if (apart(a.y, b.y, edge.first.y, edge.second.y) > beyond) return;
+        seen_.push_back(f);
+      });
     std::sort(seen_.begin(), seen_.end());
     seen_.erase(std::unique(seen_.begin(), seen_.end()), seen_.end());
     return std::all_of(seen_.begin(), seen_.end(), [&](std::size_t f) {
@@ -76,6 +84,10 @@ private:
     GridPoint a, b;
     SegmentIndex::Nearest na, nb;
   };
+  /// Distance between the stretches from a to b and from c to d; negative where they overlap.
+  [[nodiscard]] static std::int64_t apart(std::int64_t a, std::int64_t b, std::int64_t c, std::int64_t d) {
+    return std::max(std::min(a, b), std::min(c, d)) - std::min(std::max(a, b), std::max(c, d));
+  }
   [[nodiscard]] static GridPoint middle(const GridPoint& a, const GridPoint& b) {
     return {a.x + (b.x - a.x) / 2, a.y + (b.y - a.y) / 2};
   }
