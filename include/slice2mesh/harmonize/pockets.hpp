@@ -271,8 +271,7 @@ enum class BandSplits : std::uint8_t {
   attachment.strong_near = kAttachShare * width;
   attachment.strong_tags = regions;
   const Arrangement arrangement = snap_round(segments, attachment, poll);
-  const PlanarTriangulation triangulation = triangulate(arrangement, poll);
-  const ArrangementFaces faces = find_faces(arrangement, triangulation, poll);
+  const ArrangementFaces faces = find_faces(arrangement, poll);
   const std::size_t face_count = faces.windings.size();
 
   // Region of each face in the own outline and in the one below.
