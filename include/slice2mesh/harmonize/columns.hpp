@@ -95,9 +95,7 @@ private:
 
   /// The contour of one slab while it changes.
   struct Sheet {
-    explicit Sheet(Outline& o)
-        : outline(o), edges_at(o.vertices.size()), alive(o.edges.size(), 1), panel(o.edges.size(), kNone),
-          drift(o.vertices.size(), 0) {
+    explicit Sheet(Outline& o) : outline(o), edges_at(o.vertices.size()), alive(o.edges.size(), 1) {
       for (std::size_t e = 0; e < o.edges.size(); ++e) {
         edges_at[std::size_t(o.edges[e].a)].push_back(std::int32_t(e));
         edges_at[std::size_t(o.edges[e].b)].push_back(std::int32_t(e));
@@ -106,8 +104,6 @@ private:
     Outline& outline;
     std::vector<std::vector<std::int32_t>> edges_at;  // #V
     std::vector<char> alive;                          // #E
-    std::vector<std::int32_t> panel;                  // #E: the panel that the edge belongs to
-    std::vector<double> drift;                        // #V: how far the ends of edges at a vertex have come
     std::unique_ptr<SliceNearness> slice;
 
     [[nodiscard]] const GridPoint& point(std::int32_t v) const { return outline.vertices[std::size_t(v)]; }
@@ -136,33 +132,41 @@ private:
     GridPoint v, w;
   };
 
-  /// What happens in one slab: the vertices that move (kNone: not there).
+  /// What happens in one slab: the vertices that move (kNone: not there), and how far the ends of edges there have
+  /// come.
   struct Step {
     std::size_t slab;
     std::int32_t v, w;
+    double drift_v, drift_w;
   };
 
   [[nodiscard]] bool stacked(std::size_t s) const {  // on the slab below
     return s > 0 && s < slabs_.size() && slabs_[s - 1].z_high == slabs_[s].z_low;
   }
 
-  /// A vertex of one slab.
+  /// A vertex of one slab, and how far the ends of edges there have come.
   struct Standing {
     std::size_t slab;
     std::int32_t vertex;
+    double drift;
+  };
+  /// What stands in one place: vertices, by slab, and the panels that end there.
+  struct Place {
+    std::vector<Standing> standing;
+    std::vector<std::int32_t> panels;
   };
   /// An edge with the same place in consecutive slabs. What it is asked about is the same in all of them, and their
   /// columns move as a whole: so does the panel.
   struct Panel {
     GridPoint a, b;
-    std::ptrdiff_t first, last;  // slabs
-    std::uint32_t found = 0;     // by which search
+    std::int32_t first, last;  // slabs
+    std::uint32_t found = 0;   // by which search
     bool alive = true;
   };
   /// A panel that ends in the column in question, from there to x. `alone`: in one of its slabs the pair of columns
   /// that is to be merged is not there as a whole.
   struct Moving {
-    std::size_t panel;
+    std::int32_t panel;
     GridPoint p, x;
     bool alone;
   };
@@ -178,28 +182,30 @@ private:
     for (std::size_t s = 0; s < sheets_.size(); ++s)
       for (std::size_t v = 0; v < sheets_[s].outline.vertices.size(); ++v) {
         listen();
-        places_[sheets_[s].outline.vertices[v]].push_back({s, std::int32_t(v)});
+        places_[sheets_[s].outline.vertices[v]].standing.push_back({s, std::int32_t(v), 0});
       }
   }
   void make_panels(Poll& listen) {
+    std::vector<std::int32_t> below, here;  // the panel of each edge
     for (std::size_t s = 0; s < sheets_.size(); ++s) {
-      Sheet& sheet = sheets_[s];
+      const Sheet& sheet = sheets_[s];
+      std::swap(below, here);
+      here.assign(sheet.outline.edges.size(), kNone);
       for (std::size_t e = 0; e < sheet.outline.edges.size(); ++e) {
         listen();
         const GridPoint &a = sheet.point(sheet.outline.edges[e].a), &b = sheet.point(sheet.outline.edges[e].b);
-        std::int32_t& panel = sheet.panel[e];
+        std::int32_t& panel = here[e];
         if (stacked(s)) {  // goes on from below, with the same direction
-          const Sheet& below = sheets_[s - 1];
           const std::int32_t v = at(s - 1, a), w = v != kNone ? at(s - 1, b) : kNone;
-          const std::int32_t f = w != kNone ? below.edge_between(v, w) : kNone;
-          if (f != kNone && below.outline.edges[std::size_t(f)].a == v) panel = below.panel[std::size_t(f)];
+          const std::int32_t f = w != kNone ? sheets_[s - 1].edge_between(v, w) : kNone;
+          if (f != kNone && sheets_[s - 1].outline.edges[std::size_t(f)].a == v) panel = below[std::size_t(f)];
         }
         if (panel != kNone) {
-          panels_[std::size_t(panel)].last = std::ptrdiff_t(s);
+          panels_[std::size_t(panel)].last = std::int32_t(s);
           continue;
         }
         panel = std::int32_t(panels_.size());
-        panels_.push_back({a, b, std::ptrdiff_t(s), std::ptrdiff_t(s)});
+        panels_.push_back({a, b, std::int32_t(s), std::int32_t(s)});
       }
     }
     GridPoint low, high;
@@ -213,31 +219,40 @@ private:
     constexpr std::size_t kCells = 8;  // per panel
     buckets_ = Buckets(low, high, kCells * panels_.size());
     bucket_.assign(buckets_.size(), kNone);
-    for (std::size_t w = 0; w < panels_.size(); ++w) {
+    // What stands together is looked at together.
+    std::stable_sort(panels_.begin(), panels_.end(),
+                     [&](const Panel& p, const Panel& q) { return buckets_.of(p.a) < buckets_.of(q.a); });
+    for (std::size_t k = 0; k < panels_.size(); ++k) {
       listen();
-      put_panel(w);
+      for (const GridPoint& p : {panels_[k].a, panels_[k].b}) places_[p].panels.push_back(std::int32_t(k));
+      put_panel(std::int32_t(k));
     }
   }
   /// Puts a panel where it stands now. Where it stood before it is still found, and looked at in vain.
-  void put_panel(std::size_t w) {
-    buckets_.for_each_on(panels_[w].a, panels_[w].b, 0, [&](std::size_t bucket) {
-      entries_.push_back({std::int32_t(w), bucket_[bucket]});
+  void put_panel(std::int32_t k) {
+    const Panel& panel = panels_[std::size_t(k)];
+    buckets_.for_each_on(panel.a, panel.b, 0, [&](std::size_t bucket) {
+      entries_.push_back({k, bucket_[bucket]});
       bucket_[bucket] = std::int32_t(entries_.size()) - 1;
     });
   }
   /// The vertex of a slab at a place, or kNone.
   [[nodiscard]] std::int32_t at(std::size_t slab, const GridPoint& p) const {
     const auto it = places_.find(p);
-    return it == places_.end() ? kNone : at(slab, it->second);
+    return it == places_.end() ? kNone : at(slab, it->second.standing);
   }
-  [[nodiscard]] static std::int32_t at(std::size_t slab, const std::vector<Standing>& place) {
-    const auto it = first_from(slab, place);
-    return it != place.end() && it->slab == slab ? it->vertex : kNone;
+  [[nodiscard]] static std::int32_t at(std::size_t slab, const std::vector<Standing>& standing) {
+    const auto it = first_from(slab, standing);
+    return it != standing.end() && it->slab == slab ? it->vertex : kNone;
+  }
+  [[nodiscard]] const Place& place_of(const GridPoint& p) const {
+    const auto it = places_.find(p);
+    return it == places_.end() ? nowhere_ : it->second;
   }
   [[nodiscard]] static std::vector<Standing>::const_iterator first_from(std::size_t slab,
-                                                                        const std::vector<Standing>& place) {
-    return std::lower_bound(place.begin(), place.end(), slab,
-                            [](const Standing& standing, std::size_t s) { return standing.slab < s; });
+                                                                        const std::vector<Standing>& standing) {
+    return std::lower_bound(standing.begin(), standing.end(), slab,
+                            [](const Standing& one, std::size_t s) { return one.slab < s; });
   }
 
   [[nodiscard]] std::vector<Candidate> close_pairs(const std::function<void()>& poll) const {
@@ -291,21 +306,23 @@ private:
   }
 
   bool merge(const Candidate& c, std::vector<char>& changed) {
-    if (!find_steps(c.slab, c.v, &c.w)) return false;
-    bool both = false;
+    const Place &at_v = place_of(c.v), &at_w = place_of(c.w);
+    if (!find_steps(c.slab, at_v, at_w)) return false;
+    std::int32_t both = 0;
     for (const Step& step : steps_) {
       if (frozen_[step.slab]) return false;
-      const Sheet& sheet = sheets_[step.slab];
-      if (step.v == kNone || step.w == kNone) continue;
-      both = true;
-      if (sheet.edge_between(step.v, step.w) == kNone) return false;
-      // What they have as a common neighbor would lose its triangle.
-      for (const std::int32_t e : sheet.edges_at[std::size_t(step.v)]) {
-        const std::int32_t x = sheet.other_end(e, step.v);
-        if (x != step.w && sheet.edge_between(x, step.w) != kNone) return false;
-      }
+      if (step.v != kNone && step.w != kNone) ++both;
     }
-    if (!both) {
+    find_moving(c.v, at_v, c.w, at_w);
+    // Where both are there, an edge joins them.
+    for (const std::int32_t k : between_) both -= panels_[std::size_t(k)].last - panels_[std::size_t(k)].first + 1;
+    if (both != 0) return false;
+    // What they have as a common neighbor would lose its triangle.
+    for (const Moving& m : moving_)
+      for (const Moving& n : moving_)
+        if (m.p != n.p && m.x == n.x && beneath(panels_[std::size_t(m.panel)], panels_[std::size_t(n.panel)]).same_slab)
+          return false;
+    if (between_.empty()) {
       // A pair of neighboring slabs that something else has changed meanwhile.
       bool v_there = false, w_there = false;
       for (const Step& step : steps_) {
@@ -315,16 +332,14 @@ private:
       if (!v_there || !w_there) return false;
     }
     clearance_ = std::min(limits_.clearance, kClearer * c.distance);
-    find_moving();
+    reach_near_ = c.distance;
     std::array<std::pair<double, GridPoint>, 3> targets{
         {{0, c.v}, {0, c.w}, {0, contour_point_between(c.v, c.w, 0.5)}}};
     for (auto& target : targets) target.first = change(target.second);
     std::stable_sort(targets.begin(), targets.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     for (const auto& target : targets) {
-      if (target.first > limits_.deviation) continue;
-      if (near_.empty()) find_near(c.distance);
-      if (!possible(c, target.second)) continue;
-      apply(target.second);
+      if (target.first > limits_.deviation || !possible(c, target.second)) continue;
+      apply(c, target.second);
       for (const Step& step : steps_) changed[step.slab] = 1;
       return true;
     }
@@ -343,14 +358,14 @@ private:
   /// Columns that are nearer than `apart` to another vertex or an edge, the nearest first.
   [[nodiscard]] std::vector<Close> close_columns() {
     std::vector<Close> result;
-    for (std::size_t s = 0; s < sheets_.size(); ++s) {
-      const Sheet& sheet = sheets_[s];
-      for (std::size_t v = 0; v < sheet.edges_at.size(); ++v) {
+    for (const auto& [p, place] : places_) {  // in any order
+      for (std::size_t i = 0; i < place.standing.size(); ++i) {
         looked();
-        if (sheet.edges_at[v].empty()) continue;
-        const GridPoint p = sheet.point(std::int32_t(v));
-        if (stacked(s) && at(s - 1, p) != kNone) continue;  // once, for the lowest slab
-        if (!find_column(s, p)) continue;
+        const std::size_t s = place.standing[i].slab;
+        if (i > 0 && place.standing[i - 1].slab + 1 == s && stacked(s)) continue;  // once, for the lowest slab
+        if (!find_column(s, place)) continue;
+        find_moving(p, place, p, nowhere_);
+        find_near(limits_.apart);
         find_beside(p, 0);
         const double gap = gap_at(p, 0);
         if (gap < limits_.apart) result.push_back({gap, s, p});
@@ -372,10 +387,14 @@ private:
       looked(16);
       // As near as when no place was found for it: most likely nothing has moved there since.
       if (std::binary_search(stuck_.begin(), stuck_.end(), c)) continue;
-      if (!find_column(c.slab, c.p)) continue;
+      const Place& place_c = place_of(c.p);
+      if (!find_column(c.slab, place_c)) continue;
       const bool corner = find_walls();
       if (walls_stay && corner) continue;
-      find_beside(c.p, apart + double(kContourStep));  // places are rounded to steps
+      find_moving(c.p, place_c, c.p, nowhere_);
+      reach_near_ = apart + double(kContourStep);  // places are rounded to steps
+      find_all_near();
+      find_beside(c.p, reach_near_);
       const double gap = gap_at(c.p, 0), least = gap + kSpreadGain * apart;
       if (gap >= apart) continue;
       places.clear();
@@ -404,11 +423,12 @@ private:
       for (const GridPoint& q : feet(c.p)) offer(q);
       std::sort(places.begin(), places.end());
       clearance_ = gap;
+      const Candidate column{gap, c.slab, c.p, c.p};
       bool stays = true;
       for (const auto& place : places) {
         const GridPoint& q = place.second;
-        if (change(q) > limits_.deviation || !possible({gap, c.slab, c.p, c.p}, q)) continue;
-        apply(q);
+        if (change(q) > limits_.deviation || !possible(column, q)) continue;
+        apply(column, q);
         for (const Step& step : steps_) changed[step.slab] = 1;
         ++moved;
         stays = false;
@@ -439,27 +459,23 @@ private:
     return std::all_of(walls_.begin(), walls_.end(),
                        [&](const auto& wall) { return line_distance(q, wall[0], wall[1]) <= kOnLine; });
   }
-  /// Finds the slabs that have v, or w if it is given, or both: from `slab` up and down. False if `slab` has neither.
-  bool find_steps(std::size_t slab, const GridPoint& v, const GridPoint* w) {
+  /// Finds the slabs that have v, or w, or both: from `slab` up and down. False if `slab` has neither.
+  bool find_steps(std::size_t slab, const Place& v, const Place& w) {
     steps_.clear();
-    static const std::vector<Standing> kNowhere;
-    const auto place_of = [&](const GridPoint& p) -> const std::vector<Standing>& {
-      const auto it = places_.find(p);
-      return it == places_.end() ? kNowhere : it->second;
-    };
-    const std::vector<Standing>&at_v = place_of(v), &at_w = w != nullptr ? place_of(*w) : kNowhere;
+    const std::vector<Standing>&at_v = v.standing, &at_w = w.standing;
     const auto from_v = first_from(slab, at_v), from_w = first_from(slab, at_w);
-    const auto add = [&](std::size_t s, bool has_v, bool has_w, std::int32_t vertex, std::int32_t other) {
-      if (!has_v && !has_w) return false;
-      steps_.push_back({s, has_v ? vertex : kNone, has_w ? other : kNone});
+    const auto add = [&](std::size_t s, const Standing* here_v, const Standing* here_w) {
+      if (here_v == nullptr && here_w == nullptr) return false;
+      steps_.push_back({s, here_v != nullptr ? here_v->vertex : kNone, here_w != nullptr ? here_w->vertex : kNone,
+                        here_v != nullptr ? here_v->drift : 0, here_w != nullptr ? here_w->drift : 0});
       return true;
     };
     const auto up = [&](std::size_t s, auto& i, auto& j) {
       const bool has_v = i != at_v.end() && i->slab == s, has_w = j != at_w.end() && j->slab == s;
-      if (!add(s, has_v, has_w, has_v ? i->vertex : kNone, has_w ? j->vertex : kNone)) return false;
+      const bool added = add(s, has_v ? &*i : nullptr, has_w ? &*j : nullptr);
       if (has_v) ++i;
       if (has_w) ++j;
-      return true;
+      return added;
     };
     auto i = from_v, j = from_w;
     if (!up(slab, i, j)) return false;
@@ -469,60 +485,62 @@ private:
                  has_w = l != at_w.begin() && std::prev(l)->slab == s - 1;
       if (has_v) --k;
       if (has_w) --l;
-      if (!add(s - 1, has_v, has_w, has_v ? k->vertex : kNone, has_w ? l->vertex : kNone)) break;
+      if (!add(s - 1, has_v ? &*k : nullptr, has_w ? &*l : nullptr)) break;
     }
     for (std::size_t s = slab + 1; stacked(s) && up(s, i, j); ++s) {
     }
     return true;
   }
-  /// Finds the steps of the column at p, which stands in `slab` and others. False if there is none, or it may not move.
-  bool find_column(std::size_t slab, const GridPoint& p) {
-    return find_steps(slab, p, nullptr) && std::none_of(steps_.begin(), steps_.end(), [&](const Step& step) {
-             return frozen_[step.slab] != 0 || sheets_[step.slab].edges_at[std::size_t(step.v)].size() > kMostEdges;
-           });
+  /// Finds the steps of the column in a place, which stands in `slab` and others. False if there is none, or it may not
+  /// move.
+  bool find_column(std::size_t slab, const Place& place) {
+    if (!find_steps(slab, place, nowhere_)) return false;
+    const bool may_be_crowded = place.panels.size() > kMostEdges;
+    return std::none_of(steps_.begin(), steps_.end(), [&](const Step& step) {
+      return frozen_[step.slab] != 0 ||
+             (may_be_crowded && sheets_[step.slab].edges_at[std::size_t(step.v)].size() > kMostEdges);
+    });
   }
-  /// Finds the panels at the column, or pair of columns, that `find_steps` was called for, without the one between
-  /// them.
-  void find_moving() {
+  /// Finds the panels at the column, or pair of columns, that `find_steps` was called for, and the ones between them.
+  void find_moving(const GridPoint& v, const Place& at_v, const GridPoint& w, const Place& at_w) {
     moving_.clear();
-    near_.clear();
-    ++search_;
     between_.clear();
+    near_.clear();
     doubtful_ = 0;
-    for (const Step& step : steps_) {
-      const Sheet& sheet = sheets_[step.slab];
-      const bool alone = step.v == kNone || step.w == kNone;
-      for (const std::int32_t v : {step.v, step.w}) {
-        if (v == kNone) continue;
-        for (const std::int32_t e : sheet.edges_at[std::size_t(v)]) {
-          looked();
-          const std::int32_t x = sheet.other_end(e, v);
-          if (x == step.v || x == step.w) {
-            const std::int32_t pair = sheet.panel[std::size_t(e)];
-            if (std::find(between_.begin(), between_.end(), pair) == between_.end()) between_.push_back(pair);
-            continue;
-          }
-          const auto w = std::size_t(sheet.panel[std::size_t(e)]);
-          Panel& panel = panels_[w];
-          if (panel.found != search_) {
-            panel.found = search_;
-            moving_.push_back({w, sheet.point(v), sheet.point(x), alone});
-          } else if (alone) {
-            for (Moving& m : moving_)
-              if (m.panel == w) m.alone = true;
-          }
+    std::size_t lowest = steps_.front().slab;
+    for (const Step& step : steps_) lowest = std::min(lowest, step.slab);
+    lone_.assign(steps_.size() + 1, 0);
+    for (const Step& step : steps_) lone_[step.slab - lowest + 1] = step.v == kNone || step.w == kNone ? 1 : 0;
+    for (std::size_t i = 1; i < lone_.size(); ++i) lone_[i] += lone_[i - 1];
+    const auto first = std::int32_t(lowest), last = first + std::int32_t(steps_.size()) - 1;
+    const auto add = [&](const GridPoint& p, const Place& place, const GridPoint& other) {
+      for (const std::int32_t k : place.panels) {
+        looked();
+        const Panel& panel = panels_[std::size_t(k)];
+        if (panel.last < first || panel.first > last) continue;
+        const GridPoint& x = panel.a == p ? panel.b : panel.a;
+        if (x != other) {
+          moving_.push_back(
+              {k, p, x, lone_[std::size_t(panel.last - first) + 1] > lone_[std::size_t(panel.first - first)]});
+        } else if (p == v) {
+          between_.push_back(k);
         }
       }
-    }
+    };
+    add(v, at_v, w);
+    add(w, at_w, v);
   }
-  /// Finds the panels, whatever their slabs, that may matter where the column moves by up to `move`: for the distances
-  /// that `apart` and `clearance` limit, and for what the slice is near to.
-  void find_near(double move) {
-    near_.clear();
-    ++search_;
+  /// Finds the panels, whatever their slabs, that may matter where the column moves by up to `reach_near_`: for the
+  /// distances that `apart` and `clearance` limit, and for what the slice is near to.
+  void find_all_near() {
     // Parts of a slice count that are up to half a piece farther from the old edges than `most`, and the edges within
     // `most` of them.
-    const double reach = std::max(std::max(limits_.apart, clearance_) + move, (2 + kResolution) * limits_.most);
+    find_near(std::max(std::max(limits_.apart, clearance_) + reach_near_, (2 + kResolution) * limits_.most));
+  }
+  /// Finds the panels that are nearer than `reach` to an edge of the column (and others).
+  void find_near(double reach) {
+    near_.clear();
+    ++search_;
     const auto pad = std::int64_t(std::ceil(reach)) + kContourStep;  // places are rounded to steps
     const auto search = [&](const GridPoint& p, const GridPoint& x) {
       const GridPoint low{std::min(p.x, x.x) - pad, std::min(p.y, x.y) - pad};
@@ -544,7 +562,7 @@ private:
     for (const std::int32_t pair : between_) search(panels_[std::size_t(pair)].a, panels_[std::size_t(pair)].b);
   }
   [[nodiscard]] Beneath beneath(const Panel& panel, const Panel& other) const {
-    const auto meets = [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+    const auto meets = [&](std::int32_t first, std::int32_t last) {
       return std::max(first, other.first) <= std::min(last, other.last);
     };
     const bool below = stacked(std::size_t(panel.first)), above = stacked(std::size_t(panel.last) + 1);
@@ -558,11 +576,9 @@ private:
     Beneath beneath;
   };
   /// Finds what may be nearer than `apart` to the column at p, or to its edges, while it is within `radius` of p: edges
-  /// of its slabs and of those next to them that do not end in p.
+  /// of its slabs and of those next to them that do not end in p. Needs `find_near`.
   void find_beside(const GridPoint& p, double radius) {
     beside_.clear();
-    find_moving();
-    find_near(radius);
     const auto near = std::int64_t(std::ceil(limits_.apart + radius));
     for (const Moving& m : moving_) {
       const GridPoint low{std::min(p.x, m.x.x) - near, std::min(p.y, m.x.y) - near};
@@ -573,7 +589,7 @@ private:
         if (u == p || w == p) continue;
         if (std::max(u.x, w.x) < low.x || std::min(u.x, w.x) > high.x) continue;
         if (std::max(u.y, w.y) < low.y || std::min(u.y, w.y) > high.y) continue;
-        const Beneath slabs = beneath(panels_[m.panel], other);
+        const Beneath slabs = beneath(panels_[std::size_t(m.panel)], other);
         if (slabs.same_slab || slabs.next_slab) beside_.push_back({m.x, u, w, slabs});
       }
     }
@@ -631,14 +647,17 @@ private:
   }
 
   [[nodiscard]] bool possible(const Candidate& c, const GridPoint& target) {
-    const auto place = places_.find(target);
+    const Place& there = place_of(target);
+    const double from_v = distance(c.v, target), from_w = distance(c.w, target);
     for (const Step& step : steps_) {
-      const Sheet& sheet = sheets_[step.slab];
-      const std::int32_t there = place == places_.end() ? kNone : at(step.slab, place->second);
-      if (there != kNone && there != step.v && there != step.w) return false;
-      for (const std::int32_t v : {step.v, step.w})
-        if (v != kNone && sheet.drift[std::size_t(v)] + distance(sheet.point(v), target) > reach_) return false;
+      if (step.v != kNone && step.drift_v + from_v > reach_) return false;
+      if (step.w != kNone && step.drift_w + from_w > reach_) return false;
+      if (there.standing.empty()) continue;
+      const std::int32_t u = at(step.slab, there.standing);
+      if (u != kNone && u != step.v && u != step.w) return false;
     }
+    if (std::any_of(moving_.begin(), moving_.end(), [&](const Moving& m) { return folds(m, target); })) return false;
+    if (near_.empty()) find_all_near();
     for (const Moving& m : moving_)
       if (!way_is_clear(c, m, target)) return false;
     for (std::size_t i = 0; i < steps_.size(); ++i) {
@@ -659,22 +678,27 @@ private:
     return (slabs.same_slab && now < before) || (slabs.next_slab && now > kOn && (now < before || before <= kOn));
   }
 
-  /// Is nothing in the way of a panel, and no edge too long afterwards or too near to a vertex? Needs `find_near`.
+  /// Does a panel get too long, or fold?
+  [[nodiscard]] bool folds(const Moving& m, const GridPoint& target) const {
+    const GridPoint &p = m.p, &q = m.x;
+    if (p == target) return false;
+    return distance(target, q) > std::max(limits_.longest, distance(p, q)) ||
+           (orientation(p, target, q) == 0 && dot(q, p, target) <= 0);
+  }
+  /// Is nothing in the way of a panel, and no vertex too near to an edge afterwards? Needs `find_all_near`.
   [[nodiscard]] bool way_is_clear(const Candidate& c, const Moving& m, const GridPoint& target) const {
     const GridPoint &p = m.p, &q = m.x;
     if (p == target) return true;
-    if (distance(target, q) > std::max(limits_.longest, distance(p, q))) return false;
     const int turn = orientation(p, target, q);
     const auto clear = std::int64_t(std::ceil(clearance_)) + 1;
     const GridPoint low{std::min({p.x, target.x, q.x}) - clear, std::min({p.y, target.y, q.y}) - clear};
     const GridPoint high{std::max({p.x, target.x, q.x}) + clear, std::max({p.y, target.y, q.y}) + clear};
-    if (turn == 0 && dot(q, p, target) <= 0) return false;  // it would fold
     looked(near_.size());
     return std::none_of(near_.begin(), near_.end(), [&](const Panel& other) {
       const GridPoint &a = other.a, &b = other.b;
       if (std::max(a.x, b.x) < low.x || std::min(a.x, b.x) > high.x) return false;
       if (std::max(a.y, b.y) < low.y || std::min(a.y, b.y) > high.y) return false;
-      const Beneath slabs = beneath(panels_[m.panel], other);
+      const Beneath slabs = beneath(panels_[std::size_t(m.panel)], other);
       if (!slabs.same_slab && !slabs.next_slab) return false;
       const auto blocks = [&](const GridPoint& y) {
         if (y.x < low.x || y.x > high.x || y.y < low.y || y.y > high.y) return false;
@@ -699,35 +723,47 @@ private:
     const NearnessLimits limits{limits_.deviation, limits_.most, kResolution};
     old_.clear();
     now_.clear();
-    for (const std::int32_t v : {step.v, step.w}) {
-      if (v == kNone) continue;
-      for (const std::int32_t e : sheet.edges_at[std::size_t(v)]) {
-        const std::int32_t x = sheet.other_end(e, v);
-        old_.emplace_back(sheet.point(v), sheet.point(x));
-        if (x == step.v || x == step.w) continue;
-        now_.emplace_back(target, sheet.point(x));
-      }
+    const auto slab = std::int32_t(step.slab);
+    const auto is_there = [&](const Panel& panel) { return panel.first <= slab && slab <= panel.last; };
+    for (const Moving& m : moving_) {
+      if (!is_there(panels_[std::size_t(m.panel)])) continue;
+      old_.emplace_back(m.p, m.x);
+      now_.emplace_back(target, m.x);
+    }
+    for (const std::int32_t k : between_) {
+      if (!is_there(panels_[std::size_t(k)])) continue;
+      old_.emplace_back(c.v, c.w);
+      old_.emplace_back(c.w, c.v);
     }
     for (const auto& edge : now_)
       if (!sheet.slice->is_near(edge, limits, listen_)) return false;
     // Other edges of the contour that may be nearest to a part of the slice.
-    const auto slab = std::ptrdiff_t(step.slab);
     for (const Panel& other : near_)
-      if (other.first <= slab && slab <= other.last && other.a != c.v && other.b != c.v && other.a != c.w &&
-          other.b != c.w)
+      if (is_there(other) && other.a != c.v && other.b != c.v && other.a != c.w && other.b != c.w)
         now_.emplace_back(other.a, other.b);
     return sheet.slice->stays_covered(old_, now_, limits, listen_);
   }
 
-  void apply(const GridPoint& target) {
+  void apply(const Candidate& c, const GridPoint& target) {
+    const double from_v = distance(c.v, target), from_w = distance(c.w, target);
+    const auto erase = [](const Step& step, Place& place) {
+      place.standing.erase(first_from(step.slab, place.standing));
+    };
+    const auto erase_panel = [](std::int32_t k, Place& place) {
+      place.panels.erase(std::find(place.panels.begin(), place.panels.end(), k));
+    };
+    Place& there = places_[target];  // the references stay valid: no place is ever taken out
+    Place &at_v = places_[c.v], &at_w = places_[c.w];
     for (const Step& step : steps_) {
       Sheet& sheet = sheets_[step.slab];
       double drift = 0;
-      for (const std::int32_t v : {step.v, step.w}) {
-        if (v == kNone) continue;
-        drift = std::max(drift, sheet.drift[std::size_t(v)] + distance(sheet.point(v), target));
-        std::vector<Standing>& place = places_[sheet.point(v)];
-        place.erase(first_from(step.slab, place));
+      if (step.v != kNone) {
+        drift = std::max(drift, step.drift_v + from_v);
+        erase(step, at_v);
+      }
+      if (step.w != kNone) {
+        drift = std::max(drift, step.drift_w + from_w);
+        erase(step, at_w);
       }
       const std::int32_t stays = step.w != kNone ? step.w : step.v;
       if (step.v != kNone && step.w != kNone) {
@@ -744,14 +780,18 @@ private:
         sheet.edges_at[std::size_t(step.v)].clear();
       }
       sheet.outline.vertices[std::size_t(stays)] = target;
-      std::vector<Standing>& place = places_[target];
-      place.insert(first_from(step.slab, place), {step.slab, stays});
-      sheet.drift[std::size_t(stays)] = drift;
+      there.standing.insert(first_from(step.slab, there.standing), {step.slab, stays, drift});
     }
-    for (const std::int32_t pair : between_) panels_[std::size_t(pair)].alive = false;
+    for (const std::int32_t pair : between_) {
+      panels_[std::size_t(pair)].alive = false;
+      erase_panel(pair, at_v);
+      erase_panel(pair, at_w);
+    }
     for (const Moving& m : moving_) {
       if (m.p == target) continue;
-      Panel& panel = panels_[m.panel];
+      erase_panel(m.panel, m.p == c.v ? at_v : at_w);
+      there.panels.push_back(m.panel);
+      Panel& panel = panels_[std::size_t(m.panel)];
       (panel.a == m.p ? panel.a : panel.b) = target;
       put_panel(m.panel);
     }
@@ -772,7 +812,8 @@ private:
   double reach_;
   double clearance_ = 0;  // of the merge in question
   std::vector<Sheet> sheets_;
-  std::unordered_map<GridPoint, std::vector<Standing>, GridHash> places_;  // of vertices, by slab
+  std::unordered_map<GridPoint, Place, GridHash> places_;
+  const Place nowhere_{};
   std::vector<Panel> panels_;
   struct Entry {
     std::int32_t panel, next;
@@ -783,7 +824,9 @@ private:
   std::uint32_t search_ = 0;           // the last one
   std::vector<Moving> moving_;         // see find_moving
   std::vector<std::int32_t> between_;  // panels between the two columns in question
+  std::vector<std::int32_t> lone_;     // how many steps below have one of both columns only
   std::vector<Panel> near_;            // see find_near
+  double reach_near_ = 0;              // how far the column in question may move
   std::size_t doubtful_ = 0;           // the step that failed last
   std::vector<Step> steps_;
   std::vector<Beside> beside_;                   // see find_beside
