@@ -34,8 +34,16 @@ public:
     for (std::size_t i = 0; i < segments_.size(); ++i) visit(i, [&](std::size_t cell) { ++start_[cell + 1]; });
     for (std::size_t c = 1; c < start_.size(); ++c) start_[c] += start_[c - 1];
     items_.resize(start_.back());
+    boxes_.resize(start_.back());
     std::vector<std::size_t> next(start_.begin(), start_.end() - 1);
-    for (std::size_t i = 0; i < segments_.size(); ++i) visit(i, [&](std::size_t cell) { items_[next[cell]++] = i; });
+    for (std::size_t i = 0; i < segments_.size(); ++i) {
+      const Box box = box_of(segments_[i]);
+      visit(i, [&](std::size_t cell) {
+        const std::size_t k = next[cell]++;
+        items_[k] = i;
+        boxes_[k] = box;
+      });
+    }
   }
   explicit SegmentIndex(const Outline& outline, Poll* listen = nullptr) : SegmentIndex(segments_of(outline), listen) {}
 
@@ -51,19 +59,22 @@ public:
                                 Poll* listen = nullptr) const {
     Nearest best{limit, -1};
     if (segments_.empty()) return best;
-    const double outside =
-        std::hypot(double(p.x - std::clamp(p.x, low_.x, high_.x)), double(p.y - std::clamp(p.y, low_.y, high_.y)));
-    if (outside >= limit) return best;
+    const GridPoint inside{std::clamp(p.x, low_.x, high_.x), std::clamp(p.y, low_.y, high_.y)};
+    if ((inside == p ? 0 : std::hypot(double(p.x - inside.x), double(p.y - inside.y))) >= limit) return best;
+    const GridPoint center = buckets_.nearest_to(p);
+    const double x = double(p.x), y = double(p.y);
+    double beyond = (limit + 1) * (limit + 1);  // see is_beyond
     for (std::int64_t ring = 0;; ++ring) {
       // What is in this ring of buckets is at least (ring - 1) buckets from the bucket nearest to p.
       if (double(ring - 1) * double(buckets_.cell()) > best.distance) break;
-      const bool any = buckets_.for_each_on_ring(p, ring, best.distance, [&](std::size_t cell) {
+      const bool any = buckets_.for_each_on_ring(p, center, ring, best.distance, [&](std::size_t cell) {
         if (listen != nullptr) (*listen)(start_[cell + 1] - start_[cell] + 1);
         for (std::size_t i = start_[cell]; i < start_[cell + 1]; ++i) {
-          const auto& [a, b] = segments_[items_[i]];
-          if (is_beyond(p, a, b, best.distance)) continue;
+          if (is_beyond(boxes_[i], x, y, beyond)) continue;
           const double d = distance_to(items_[i], p);
-          if (d < best.distance) best = {d, static_cast<std::ptrdiff_t>(items_[i])};
+          if (!(d < best.distance)) continue;
+          best = {d, static_cast<std::ptrdiff_t>(items_[i])};
+          beyond = (d + 1) * (d + 1);
         }
       });
       if (!any) break;
@@ -117,14 +128,20 @@ public:
   }
 
 private:
-  /// Is the box around a segment farther from p than `limit`, and so the distance as rounded? Its rounding is far below
-  /// one pitch: coordinates are below 2^40, and its terms within 2^-50 of their values.
-  [[nodiscard]] static bool is_beyond(const GridPoint& p, const GridPoint& a, const GridPoint& b, double limit) {
-    const auto outside = [](std::int64_t u, std::int64_t v, std::int64_t w) {
-      return double(std::max({std::int64_t(0), std::min(v, w) - u, u - std::max(v, w)}));
-    };
-    const double x = outside(p.x, a.x, b.x), y = outside(p.y, a.y, b.y);
-    return x * x + y * y > (limit + 1) * (limit + 1);
+  struct Box {
+    double low_x, high_x, low_y, high_y;
+  };
+  [[nodiscard]] static Box box_of(const std::pair<GridPoint, GridPoint>& segment) {
+    const auto& [a, b] = segment;
+    return {double(std::min(a.x, b.x)), double(std::max(a.x, b.x)), double(std::min(a.y, b.y)),
+            double(std::max(a.y, b.y))};
+  }
+  /// Is the box around a segment farther than some limit from the point x, y, and so the distance as rounded? `beyond`:
+  /// the square of the limit and one pitch. The rounding of the distance is far below that pitch: coordinates are below
+  /// 2^40, and its terms within 2^-50 of their values.
+  [[nodiscard]] static bool is_beyond(const Box& box, double x, double y, double beyond) {
+    const double u = std::max(box.low_x - x, x - box.high_x), v = std::max(box.low_y - y, y - box.high_y);
+    return (u > 0 ? u * u : 0) + (v > 0 ? v * v : 0) > beyond;
   }
   GridPoint low() {
     low_ = segments_.empty() ? GridPoint{} : segments_.front().first;
@@ -142,6 +159,7 @@ private:
   Buckets buckets_;
   std::vector<std::size_t> start_;
   std::vector<std::size_t> items_;
+  std::vector<Box> boxes_;  // of the items
 };
 
 /// Largest distance of a point of the edges of `from` to the edges behind `to` (one-sided Hausdorff distance, in

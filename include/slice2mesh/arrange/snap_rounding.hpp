@@ -88,6 +88,7 @@ public:
     // Square cells, about one per item; long thin boxes get a single row or column of them.
     double cell = std::max(std::sqrt(width * height / count), std::max(width, height) / (4 * count));
     cell_ = std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(cell)));
+    inverse_ = 1 / double(cell_);
     columns_ = (high.x - low.x) / cell_ + 1;
     rows_ = (high.y - low.y) / cell_ + 1;
   }
@@ -101,9 +102,7 @@ public:
     return static_cast<std::size_t>(std::clamp(fitting, double(count), kMost * double(count)));
   }
   [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(columns_ * rows_); }
-  [[nodiscard]] std::size_t of(const GridPoint& p) const {
-    return index((p.x - low_.x) / cell_, (p.y - low_.y) / cell_);
-  }
+  [[nodiscard]] std::size_t of(const GridPoint& p) const { return index(cell_of(p.x - low_.x), cell_of(p.y - low_.y)); }
   /// Calls f(bucket) for all buckets that the segment, widened by `pad` pitches, touches (and perhaps a few more).
   template <class F>
   void for_each_on(const GridPoint& a, const GridPoint& b, std::int64_t pad, F&& f) const {
@@ -142,11 +141,17 @@ public:
   }
 
   [[nodiscard]] std::int64_t cell() const { return cell_; }
-  /// Calls f(bucket) for the buckets at distance `ring` (in buckets, Chebyshev) from the one nearest to p that are not
-  /// farther than `limit` pitches from p, which f may change; false if there are none in that ring.
+  /// Column and row of the bucket nearest to p.
+  [[nodiscard]] GridPoint nearest_to(const GridPoint& p) const {
+    return {clamp(p.x - low_.x, columns_), clamp(p.y - low_.y, rows_)};
+  }
+  /// Calls f(bucket) for the buckets at distance `ring` (in buckets, Chebyshev) from the one nearest to p (see
+  /// `nearest_to`) that are not farther than `limit` pitches from p, which f may change; false if there are none in
+  /// that ring.
   template <class F>
-  bool for_each_on_ring(const GridPoint& p, std::int64_t ring, const double& limit, F&& f) const {
-    const std::int64_t column = clamp(p.x - low_.x, columns_), row = clamp(p.y - low_.y, rows_);
+  bool for_each_on_ring(const GridPoint& p, const GridPoint& nearest, std::int64_t ring, const double& limit,
+                        F&& f) const {
+    const std::int64_t column = nearest.x, row = nearest.y;
     const std::int64_t c0 = std::max<std::int64_t>(0, column - ring), c1 = std::min(columns_ - 1, column + ring);
     const auto distance_along = [&](std::int64_t offset, std::int64_t k) {  // to the stretch of column or row k
       return double(std::max({std::int64_t(0), k * cell_ - offset, offset - (k + 1) * cell_}));
@@ -174,10 +179,18 @@ private:
     return static_cast<std::size_t>(row * columns_ + column);
   }
   [[nodiscard]] std::int64_t clamp(std::int64_t offset, std::int64_t cells) const {
-    return offset < 0 ? 0 : std::min(offset / cell_, cells - 1);
+    return offset < 0 ? 0 : std::min(cell_of(offset), cells - 1);
+  }
+  /// offset / cell_, without the slow division of integers: offsets are far below 2^52, so that the product is less
+  /// than one away from the quotient. Precondition: offset >= 0.
+  [[nodiscard]] std::int64_t cell_of(std::int64_t offset) const {
+    const auto cell = static_cast<std::int64_t>(double(offset) * inverse_);
+    const std::int64_t rest = offset - cell * cell_;
+    return rest < 0 ? cell - 1 : (rest >= cell_ ? cell + 1 : cell);
   }
   GridPoint low_;
   std::int64_t cell_ = 1;
+  double inverse_ = 1;  // of cell_
   std::int64_t columns_ = 1;
   std::int64_t rows_ = 1;
 };
@@ -319,7 +332,7 @@ namespace detail {
     const Key &s = keys[static_cast<std::size_t>(p.i)], &t = keys[static_cast<std::size_t>(p.j)];
     hot.push_back(detail::rounded_crossing(s.a, s.b, t.a, t.b));
   }
-  make_unique();
+  if (!pairs.empty()) make_unique();
 
   // Lead each segment through the hot cells on its way.
   fill(hot.size(), [&](std::size_t i, auto&& put) { put(buckets.of(hot[i])); });

@@ -232,7 +232,10 @@ private:
   void put_panel(std::int32_t k) {
     const Panel& panel = panels_[std::size_t(k)];
     buckets_.for_each_on(panel.a, panel.b, 0, [&](std::size_t bucket) {
-      entries_.push_back({k, bucket_[bucket]});
+      looked();
+      for (std::int32_t i = bucket_[bucket]; i != kNone; i = entries_[std::size_t(i)].next)
+        if (entries_[std::size_t(i)].panel == k) return;
+      entries_.push_back({k, bucket_[bucket], panel.first, panel.last});
       bucket_[bucket] = std::int32_t(entries_.size()) - 1;
     });
   }
@@ -507,12 +510,13 @@ private:
     between_.clear();
     near_.clear();
     doubtful_ = 0;
-    std::size_t lowest = steps_.front().slab;
+    std::size_t lowest = steps_.front().slab;  // of the slabs, which follow each other
     for (const Step& step : steps_) lowest = std::min(lowest, step.slab);
     lone_.assign(steps_.size() + 1, 0);
     for (const Step& step : steps_) lone_[step.slab - lowest + 1] = step.v == kNone || step.w == kNone ? 1 : 0;
     for (std::size_t i = 1; i < lone_.size(); ++i) lone_[i] += lone_[i - 1];
-    const auto first = std::int32_t(lowest), last = first + std::int32_t(steps_.size()) - 1;
+    lowest_ = std::int32_t(lowest);
+    const std::int32_t first = lowest_, last = first + std::int32_t(steps_.size()) - 1;
     const auto add = [&](const GridPoint& p, const Place& place, const GridPoint& other) {
       for (const std::int32_t k : place.panels) {
         looked();
@@ -530,7 +534,7 @@ private:
     add(v, at_v, w);
     add(w, at_w, v);
   }
-  /// Finds the panels, whatever their slabs, that may matter where the column moves by up to `reach_near_`: for the
+  /// Finds the panels that may matter where the column moves by up to `reach_near_`: for the
   /// distances that `apart` and `clearance` limit, and for what the slice is near to.
   void find_all_near() {
     // Parts of a slice count that are up to half a piece farther from the old edges than `most`, and the edges within
@@ -542,6 +546,7 @@ private:
     near_.clear();
     ++search_;
     const auto pad = std::int64_t(std::ceil(reach)) + kContourStep;  // places are rounded to steps
+    const std::int32_t first = lowest_ - 1, last = lowest_ + std::int32_t(steps_.size());  // and the slabs next to them
     const auto search = [&](const GridPoint& p, const GridPoint& x) {
       const GridPoint low{std::min(p.x, x.x) - pad, std::min(p.y, x.y) - pad};
       const GridPoint high{std::max(p.x, x.x) + pad, std::max(p.y, x.y) + pad};
@@ -549,7 +554,9 @@ private:
         looked();
         for (std::int32_t i = bucket_[bucket]; i != kNone; i = entries_[std::size_t(i)].next) {
           looked();
-          Panel& panel = panels_[std::size_t(entries_[std::size_t(i)].panel)];
+          const Entry& entry = entries_[std::size_t(i)];
+          if (entry.last < first || entry.first > last) continue;
+          Panel& panel = panels_[std::size_t(entry.panel)];
           if (panel.found == search_ || !panel.alive) continue;
           if (std::max(panel.a.x, panel.b.x) < low.x || std::min(panel.a.x, panel.b.x) > high.x) continue;
           if (std::max(panel.a.y, panel.b.y) < low.y || std::min(panel.a.y, panel.b.y) > high.y) continue;
@@ -816,7 +823,7 @@ private:
   const Place nowhere_{};
   std::vector<Panel> panels_;
   struct Entry {
-    std::int32_t panel, next;
+    std::int32_t panel, next, first, last;  // slabs of the panel
   };
   Buckets buckets_{GridPoint{}, GridPoint{}, 1};  // of panels
   std::vector<std::int32_t> bucket_;              // the first entry of each, or kNone
@@ -824,6 +831,7 @@ private:
   std::uint32_t search_ = 0;           // the last one
   std::vector<Moving> moving_;         // see find_moving
   std::vector<std::int32_t> between_;  // panels between the two columns in question
+  std::int32_t lowest_ = 0;            // slab of the column, or pair of columns
   std::vector<std::int32_t> lone_;     // how many steps below have one of both columns only
   std::vector<Panel> near_;            // see find_near
   double reach_near_ = 0;              // how far the column in question may move
