@@ -219,6 +219,7 @@ private:
     constexpr std::size_t kCells = 8;  // per panel
     buckets_ = Buckets(low, high, kCells * panels_.size());
     bucket_.assign(buckets_.size(), kNone);
+    bucket_found_.assign(buckets_.size(), 0);
     // What stands together is looked at together.
     std::stable_sort(panels_.begin(), panels_.end(),
                      [&](const Panel& p, const Panel& q) { return buckets_.of(p.a) < buckets_.of(q.a); });
@@ -547,10 +548,18 @@ private:
     ++search_;
     const auto pad = std::int64_t(std::ceil(reach)) + kContourStep;  // places are rounded to steps
     const std::int32_t first = lowest_ - 1, last = lowest_ + std::int32_t(steps_.size());  // and the slabs next to them
+    const auto box_of = [&](const GridPoint& p, const GridPoint& x) {
+      return std::array<GridPoint, 2>{GridPoint{std::min(p.x, x.x) - pad, std::min(p.y, x.y) - pad},
+                                      GridPoint{std::max(p.x, x.x) + pad, std::max(p.y, x.y) + pad}};
+    };
+    boxes_.clear();
+    for (const Moving& m : moving_) boxes_.push_back(box_of(m.p, m.x));
+    for (const std::int32_t k : between_)
+      boxes_.push_back(box_of(panels_[std::size_t(k)].a, panels_[std::size_t(k)].b));
     const auto search = [&](const GridPoint& p, const GridPoint& x) {
-      const GridPoint low{std::min(p.x, x.x) - pad, std::min(p.y, x.y) - pad};
-      const GridPoint high{std::max(p.x, x.x) + pad, std::max(p.y, x.y) + pad};
       buckets_.for_each_on(p, x, pad, [&](std::size_t bucket) {
+        if (bucket_found_[bucket] == search_) return;
+        bucket_found_[bucket] = search_;
         looked();
         for (std::int32_t i = bucket_[bucket]; i != kNone; i = entries_[std::size_t(i)].next) {
           looked();
@@ -558,15 +567,19 @@ private:
           if (entry.last < first || entry.first > last) continue;
           Panel& panel = panels_[std::size_t(entry.panel)];
           if (panel.found == search_ || !panel.alive) continue;
-          if (std::max(panel.a.x, panel.b.x) < low.x || std::min(panel.a.x, panel.b.x) > high.x) continue;
-          if (std::max(panel.a.y, panel.b.y) < low.y || std::min(panel.a.y, panel.b.y) > high.y) continue;
           panel.found = search_;
-          near_.push_back(panel);
+          const auto [low_x, high_x] = std::minmax(panel.a.x, panel.b.x);
+          const auto [low_y, high_y] = std::minmax(panel.a.y, panel.b.y);
+          for (const auto& [low, high] : boxes_) {
+            if (high_x < low.x || low_x > high.x || high_y < low.y || low_y > high.y) continue;
+            near_.push_back(panel);
+            break;
+          }
         }
       });
     };
     for (const Moving& m : moving_) search(m.p, m.x);
-    for (const std::int32_t pair : between_) search(panels_[std::size_t(pair)].a, panels_[std::size_t(pair)].b);
+    for (const std::int32_t k : between_) search(panels_[std::size_t(k)].a, panels_[std::size_t(k)].b);
   }
   [[nodiscard]] Beneath beneath(const Panel& panel, const Panel& other) const {
     const auto meets = [&](std::int32_t first, std::int32_t last) {
@@ -827,15 +840,17 @@ private:
   };
   Buckets buckets_{GridPoint{}, GridPoint{}, 1};  // of panels
   std::vector<std::int32_t> bucket_;              // the first entry of each, or kNone
+  std::vector<std::uint32_t> bucket_found_;       // by which search
   std::vector<Entry> entries_;
-  std::uint32_t search_ = 0;           // the last one
-  std::vector<Moving> moving_;         // see find_moving
-  std::vector<std::int32_t> between_;  // panels between the two columns in question
-  std::int32_t lowest_ = 0;            // slab of the column, or pair of columns
-  std::vector<std::int32_t> lone_;     // how many steps below have one of both columns only
-  std::vector<Panel> near_;            // see find_near
-  double reach_near_ = 0;              // how far the column in question may move
-  std::size_t doubtful_ = 0;           // the step that failed last
+  std::vector<std::array<GridPoint, 2>> boxes_;  // around the edges in question
+  std::uint32_t search_ = 0;                     // the last one
+  std::vector<Moving> moving_;                   // see find_moving
+  std::vector<std::int32_t> between_;            // panels between the two columns in question
+  std::int32_t lowest_ = 0;                      // slab of the column, or pair of columns
+  std::vector<std::int32_t> lone_;               // how many steps below have one of both columns only
+  std::vector<Panel> near_;                      // see find_near
+  double reach_near_ = 0;                        // how far the column in question may move
+  std::size_t doubtful_ = 0;                     // the step that failed last
   std::vector<Step> steps_;
   std::vector<Beside> beside_;                   // see find_beside
   std::vector<std::array<GridPoint, 2>> walls_;  // see find_walls: points on both sides of the column

@@ -305,6 +305,18 @@ enum class BandSplits : std::uint8_t {
     }
   const SegmentIndex own_index(own), below_index(below);
   Poll listen(poll, 1 << 14);  // items looked at
+  // Is a vertex of the arrangement at least the width away from one of the two outlines? Asked once for each.
+  std::vector<char> known_far(arrangement.vertices.size(), 0);
+  const auto vertex_is_far = [&](std::int32_t v, bool from_below) {
+    char& known = known_far[std::size_t(v)];
+    const int shift = from_below ? 0 : 2;
+    if (((known >> shift) & 1) == 0) {
+      const SegmentIndex& other = from_below ? below_index : own_index;
+      const bool is = other.distance(arrangement.vertices[std::size_t(v)], width, &listen) >= width;
+      known = static_cast<char>(known | ((is ? 3 : 1) << shift));
+    }
+    return ((known >> shift) & 2) != 0;
+  };
   {
     for (std::size_t e = 0; e < arrangement.edges.size(); ++e) {
       for (const std::int32_t f : faces.of_edge[e]) {
@@ -317,8 +329,8 @@ enum class BandSplits : std::uint8_t {
         const GridPoint a = arrangement.vertices[std::size_t(arrangement.edges[e].a)],
                         b = arrangement.vertices[std::size_t(arrangement.edges[e].b)];
         const GridPoint m{a.x + (b.x - a.x) / 2, a.y + (b.y - a.y) / 2};
-        for (const GridPoint& p : {a, b, m})
-          if (other.distance(p, width, &listen) >= width) flag = 1;
+        flag = vertex_is_far(arrangement.edges[e].a, own_edge) || vertex_is_far(arrangement.edges[e].b, own_edge) ||
+               other.distance(m, width, &listen) >= width;
       }
     }
   }
@@ -328,10 +340,14 @@ enum class BandSplits : std::uint8_t {
   };  // for faces that are not in wide pockets
 
   // Parents of the arrangement's edges.
-  std::unordered_map<std::uint64_t, std::int32_t> edge_index;
-  edge_index.reserve(arrangement.edges.size() * 2);
-  for (std::size_t e = 0; e < arrangement.edges.size(); ++e)
-    edge_index.emplace(edge_key(arrangement.edges[e].a, arrangement.edges[e].b), std::int32_t(e));
+  const auto edge_between = [&](std::int32_t a, std::int32_t b) {
+    const std::pair<std::int32_t, std::int32_t> ends = std::minmax(a, b);
+    return std::lower_bound(arrangement.edges.begin(), arrangement.edges.end(), ends,
+                            [](const Arrangement::Edge& e, const std::pair<std::int32_t, std::int32_t>& p) {
+                              return e.a != p.first ? e.a < p.first : e.b < p.second;
+                            }) -
+           arrangement.edges.begin();
+  };
   std::vector<std::int32_t> parent(arrangement.edges.size(), kNone);
   const auto below_edges = std::int32_t(below.edges.size());
   {
@@ -341,7 +357,7 @@ enum class BandSplits : std::uint8_t {
         const int count = (outline.edges[e].left != kNone) + (outline.edges[e].right != kNone);
         const std::vector<std::int32_t> path = arrangement.path(segment);
         for (std::size_t i = 0; i + 1 < path.size(); ++i) {
-          std::int32_t& slot = parent[std::size_t(edge_index.at(edge_key(path[i], path[i + 1])))];
+          std::int32_t& slot = parent[std::size_t(edge_between(path[i], path[i + 1]))];
           if (override_parent || slot == kNone) slot = first + std::int32_t(e);
         }
         segment += std::size_t(count);
@@ -414,7 +430,9 @@ enum class BandSplits : std::uint8_t {
     const auto is_far = [&](const PocketVertex& vertex, const GridPoint& p) {
       return vertex.on_own != vertex.on_below && other_outline(vertex.on_own).distance(p, width, &listen) >= width;
     };
-    for (std::size_t v = 0; v < vertices.size(); ++v) vertices[v].far = is_far(vertices[v], local_points[v]);
+    for (std::size_t v = 0; v < vertices.size(); ++v)
+      vertices[v].far = global[v] != kNone && vertices[v].on_own != vertices[v].on_below &&
+                        vertex_is_far(global[v], vertices[v].on_own);
     const auto all_far = [&](const SegmentIndex& other, const GridPoint& a, const GridPoint& b) {
       return !other.any_near(a, b, std::int64_t(std::ceil(width)), [&](std::size_t segment) {
         listen();
