@@ -65,8 +65,7 @@ public:
     const double x = double(p.x), y = double(p.y);
     double beyond = (limit + 1) * (limit + 1);  // see is_beyond
     for (std::int64_t ring = 0;; ++ring) {
-      // What is in this ring of buckets is at least (ring - 1) buckets from the bucket nearest to p.
-      if (double(ring - 1) * double(buckets_.cell()) > best.distance) break;
+      if (ring > 0 && buckets_.distance_of_ring(p, center, ring) > best.distance) break;
       const bool any = buckets_.for_each_on_ring(p, center, ring, best.distance, [&](std::size_t cell) {
         if (listen != nullptr) (*listen)(start_[cell + 1] - start_[cell] + 1);
         for (std::size_t i = start_[cell]; i < start_[cell + 1]; ++i) {
@@ -84,6 +83,18 @@ public:
   [[nodiscard]] double distance(const GridPoint& p, double limit = std::numeric_limits<double>::infinity(),
                                 Poll* listen = nullptr) const {
     return nearest(p, limit, listen).distance;
+  }
+  /// Is a segment nearer to p than `limit`? As `distance` tells it, which has to look further. `listen` is told the
+  /// segments looked at.
+  [[nodiscard]] bool is_within(const GridPoint& p, double limit, Poll* listen = nullptr) const {
+    if (segments_.empty() || !(limit < double(kGridLimit))) return distance(p, limit, listen) < limit;
+    const double x = double(p.x), y = double(p.y), beyond = (limit + 1) * (limit + 1);
+    return buckets_.any_on(p, p, static_cast<std::int64_t>(std::ceil(limit)), [&](std::size_t cell) {
+      if (listen != nullptr) (*listen)(start_[cell + 1] - start_[cell] + 1);
+      for (std::size_t i = start_[cell]; i < start_[cell + 1]; ++i)
+        if (!is_beyond(boxes_[i], x, y, beyond) && distance_to(items_[i], p) < limit) return true;
+      return false;
+    });
   }
   /// Calls f(segment) for the segments that are nearer than `pad` pitches to the segment ab, for some of them more than
   /// once, and perhaps for others near by.

@@ -98,7 +98,7 @@ public:
   /// area, and leave most buckets empty. So they may be as small as segments are long, with up to kMost per segment.
   [[nodiscard]] static std::size_t for_segments(const GridPoint& low, const GridPoint& high, std::size_t count,
                                                 double length) {
-    constexpr double kMost = 16;
+    constexpr double kMost = 4;
     const double mean = std::max(1.0, length / std::max<double>(1, double(count)));
     const double fitting = (double(high.x - low.x) + 1) / mean * ((double(high.y - low.y) + 1) / mean);
     return static_cast<std::size_t>(std::clamp(fitting, double(count), kMost * double(count)));
@@ -146,6 +146,13 @@ public:
   /// Column and row of the bucket nearest to p.
   [[nodiscard]] GridPoint nearest_to(const GridPoint& p) const {
     return {clamp(p.x - low_.x, columns_), clamp(p.y - low_.y, rows_)};
+  }
+  /// No bucket of the ring around `nearest` (see `nearest_to`), or of a wider one, is nearer to p than this.
+  [[nodiscard]] double distance_of_ring(const GridPoint& p, const GridPoint& nearest, std::int64_t ring) const {
+    const std::int64_t x = p.x - low_.x - nearest.x * cell_, y = p.y - low_.y - nearest.y * cell_;
+    // From a point outside of all buckets: at least from its nearest one.
+    if (x < 0 || y < 0 || x > cell_ || y > cell_) return double(ring - 1) * double(cell_);
+    return double(ring - 1) * double(cell_) + double(std::min({x, y, cell_ - x, cell_ - y}));
   }
   /// Calls f(bucket) for the buckets at distance `ring` (in buckets, Chebyshev) from the one nearest to p (see
   /// `nearest_to`) that are not farther than `limit` pitches from p, which f may change; false if there are none in
@@ -490,7 +497,7 @@ struct Attachment {
   std::vector<GridPoint> ends;
   std::vector<std::array<std::int32_t, 2>> segment_ends;
   const double reach = std::max(attachment.near, attachment.strong_near);
-  std::vector<std::size_t> start, items;
+  std::vector<std::uint32_t> start, items;
   std::size_t weak = 0;
   GridPoint low, high;
   double length = 0;
@@ -515,8 +522,8 @@ struct Attachment {
     for (const GridPoint& p : ends) ++start[buckets.of(p) + 1];
     for (std::size_t c = 1; c < start.size(); ++c) start[c] += start[c - 1];
     items.resize(ends.size());
-    std::vector<std::size_t> next(start.begin(), start.end() - 1);
-    for (std::size_t i = 0; i < ends.size(); ++i) items[next[buckets.of(ends[i])]++] = i;
+    std::vector<std::uint32_t> next(start.begin(), start.end() - 1);
+    for (std::size_t i = 0; i < ends.size(); ++i) items[next[buckets.of(ends[i])]++] = static_cast<std::uint32_t>(i);
   }
   // What is a segment of the others already keeps to itself: near it are other parts of theirs.
   std::vector<std::uint64_t> others;

@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <unordered_map>
 #include <utility>
@@ -104,6 +105,7 @@ private:
     Outline& outline;
     std::vector<std::vector<std::int32_t>> edges_at;  // #V
     std::vector<char> alive;                          // #E
+    std::vector<std::int32_t> below;                  // #V: the vertex in the same place of the slab below, at first
     std::unique_ptr<SliceNearness> slice;
 
     [[nodiscard]] const GridPoint& point(std::int32_t v) const { return outline.vertices[std::size_t(v)]; }
@@ -178,12 +180,17 @@ private:
   void find_places(Poll& listen) {
     std::size_t most = 0;
     for (const Sheet& sheet : sheets_) most = std::max(most, sheet.outline.vertices.size());
-    places_.reserve(2 * most);
-    for (std::size_t s = 0; s < sheets_.size(); ++s)
-      for (std::size_t v = 0; v < sheets_[s].outline.vertices.size(); ++v) {
+    places_.reserve(8 * most);
+    for (std::size_t s = 0; s < sheets_.size(); ++s) {
+      Sheet& sheet = sheets_[s];
+      sheet.below.assign(sheet.outline.vertices.size(), kNone);
+      for (std::size_t v = 0; v < sheet.below.size(); ++v) {
         listen();
-        places_[sheets_[s].outline.vertices[v]].standing.push_back({s, std::int32_t(v), 0});
+        std::vector<Standing>& standing = places_[sheet.outline.vertices[v]].standing;
+        if (stacked(s) && !standing.empty() && standing.back().slab == s - 1) sheet.below[v] = standing.back().vertex;
+        standing.push_back({s, std::int32_t(v), 0});
       }
+    }
   }
   void make_panels(Poll& listen) {
     std::vector<std::int32_t> below, here;  // the panel of each edge
@@ -196,7 +203,8 @@ private:
         const GridPoint &a = sheet.point(sheet.outline.edges[e].a), &b = sheet.point(sheet.outline.edges[e].b);
         std::int32_t& panel = here[e];
         if (stacked(s)) {  // goes on from below, with the same direction
-          const std::int32_t v = at(s - 1, a), w = v != kNone ? at(s - 1, b) : kNone;
+          const std::int32_t v = sheet.below[std::size_t(sheet.outline.edges[e].a)],
+                             w = v != kNone ? sheet.below[std::size_t(sheet.outline.edges[e].b)] : kNone;
           const std::int32_t f = w != kNone ? sheets_[s - 1].edge_between(v, w) : kNone;
           if (f != kNone && sheets_[s - 1].outline.edges[std::size_t(f)].a == v) panel = below[std::size_t(f)];
         }
@@ -262,7 +270,7 @@ private:
   [[nodiscard]] std::vector<Candidate> close_pairs(const std::function<void()>& poll) const {
     std::vector<Candidate> result;
     const auto reach = std::int64_t(std::ceil(limits_.near));
-    std::vector<std::pair<GridPoint, std::int32_t>> below, above;  // vertices in use, sorted
+    std::vector<std::pair<GridPoint, std::int32_t>> below, above, gone, come;  // vertices in use, sorted
     const auto fill = [&](std::size_t s, auto& list) {
       list.clear();
       const Sheet& sheet = sheets_[s];
@@ -287,15 +295,22 @@ private:
       }
       fill(s, above);
       if (stacked(s)) {
-        for (const auto& item : above) {
+        // Those that the other slab does not have.
+        const auto is_before = [](const auto& a, const auto& b) { return a.first < b.first; };
+        gone.clear();
+        come.clear();
+        std::set_difference(below.begin(), below.end(), above.begin(), above.end(), std::back_inserter(gone),
+                            is_before);
+        std::set_difference(above.begin(), above.end(), below.begin(), below.end(), std::back_inserter(come),
+                            is_before);
+        for (const auto& item : come) {
           const GridPoint& w = item.first;
-          if (at(s - 1, w) != kNone) continue;
-          for (auto it = std::lower_bound(below.begin(), below.end(), GridPoint{w.x - reach, INT64_MIN},
+          for (auto it = std::lower_bound(gone.begin(), gone.end(), GridPoint{w.x - reach, INT64_MIN},
                                           [](const auto&a, const GridPoint&b) { return a.first < b; });
-               it != below.end() && it->first.x <= w.x + reach; ++it) {
+               it != gone.end() && it->first.x <= w.x + reach; ++it) {
             looked();
             const double d = distance(it->first, w);
-            if (d < limits_.near && at(s, it->first) == kNone) result.push_back({d, s - 1, it->first, w});
+            if (d < limits_.near) result.push_back({d, s - 1, it->first, w});
           }
         }
       }

@@ -312,7 +312,7 @@ enum class BandSplits : std::uint8_t {
     const int shift = from_below ? 0 : 2;
     if (((known >> shift) & 1) == 0) {
       const SegmentIndex& other = from_below ? below_index : own_index;
-      const bool is = other.distance(arrangement.vertices[std::size_t(v)], width, &listen) >= width;
+      const bool is = !other.is_within(arrangement.vertices[std::size_t(v)], width, &listen);
       known = static_cast<char>(known | ((is ? 3 : 1) << shift));
     }
     return ((known >> shift) & 2) != 0;
@@ -330,7 +330,7 @@ enum class BandSplits : std::uint8_t {
                         b = arrangement.vertices[std::size_t(arrangement.edges[e].b)];
         const GridPoint m{a.x + (b.x - a.x) / 2, a.y + (b.y - a.y) / 2};
         flag = vertex_is_far(arrangement.edges[e].a, own_edge) || vertex_is_far(arrangement.edges[e].b, own_edge) ||
-               other.distance(m, width, &listen) >= width;
+               !other.is_within(m, width, &listen);
       }
     }
   }
@@ -428,7 +428,7 @@ enum class BandSplits : std::uint8_t {
     // and not one over the angle.
     const auto other_outline = [&](bool own_edge) -> const SegmentIndex& { return own_edge ? below_index : own_index; };
     const auto is_far = [&](const PocketVertex& vertex, const GridPoint& p) {
-      return vertex.on_own != vertex.on_below && other_outline(vertex.on_own).distance(p, width, &listen) >= width;
+      return vertex.on_own != vertex.on_below && !other_outline(vertex.on_own).is_within(p, width, &listen);
     };
     for (std::size_t v = 0; v < vertices.size(); ++v)
       vertices[v].far = global[v] != kNone && vertices[v].on_own != vertices[v].on_below &&
@@ -487,8 +487,8 @@ enum class BandSplits : std::uint8_t {
       // An edge that is far from the other outline in its middle shows that by a vertex there.
       const bool own_edge = is_own_edge(std::size_t(sub.edge));
       if (!encroached && own_edge != is_below_edge(std::size_t(sub.edge))) {
-        encroached = other_outline(own_edge).distance(m, width, &listen) >= width &&
-                     !(vertices[std::size_t(sub.a)].far && vertices[std::size_t(sub.b)].far);
+        encroached = !(vertices[std::size_t(sub.a)].far && vertices[std::size_t(sub.b)].far) &&
+                     !other_outline(own_edge).is_within(m, width, &listen);
       }
       if (!encroached) continue;
       if (m == a || m == b) continue;
