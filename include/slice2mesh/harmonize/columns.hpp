@@ -224,10 +224,9 @@ private:
         high = {std::max(high.x, p.x), std::max(high.y, p.y)};
       }
     // Contours are lines in an area, so most cells are empty: they can be small.
-    constexpr std::size_t kCells = 8;  // per panel
+    constexpr std::size_t kCells = 4;  // per panel
     buckets_ = Buckets(low, high, kCells * panels_.size());
-    bucket_.assign(buckets_.size(), kNone);
-    bucket_found_.assign(buckets_.size(), 0);
+    bucket_.assign(buckets_.size(), {kNone, 0});
     // What stands together is looked at together.
     std::stable_sort(panels_.begin(), panels_.end(),
                      [&](const Panel& p, const Panel& q) { return buckets_.of(p.a) < buckets_.of(q.a); });
@@ -236,16 +235,30 @@ private:
       for (const GridPoint& p : {panels_[k].a, panels_[k].b}) places_[p].panels.push_back(std::int32_t(k));
       put_panel(std::int32_t(k));
     }
+    // Entries of a bucket one after the other.
+    std::vector<Entry> sorted;
+    sorted.reserve(entries_.size());
+    for (Bucket& bucket : bucket_) {
+      std::int32_t i = bucket.first;
+      if (i != kNone) bucket.first = std::int32_t(sorted.size());
+      for (; i != kNone; i = entries_[std::size_t(i)].next) {
+        listen();
+        sorted.push_back(entries_[std::size_t(i)]);
+        if (sorted.back().next != kNone) sorted.back().next = std::int32_t(sorted.size());
+      }
+    }
+    entries_ = std::move(sorted);
   }
   /// Puts a panel where it stands now. Where it stood before it is still found, and looked at in vain.
   void put_panel(std::int32_t k) {
     const Panel& panel = panels_[std::size_t(k)];
     buckets_.for_each_on(panel.a, panel.b, 0, [&](std::size_t bucket) {
       looked();
-      for (std::int32_t i = bucket_[bucket]; i != kNone; i = entries_[std::size_t(i)].next)
+      std::int32_t& first = bucket_[bucket].first;
+      for (std::int32_t i = first; i != kNone; i = entries_[std::size_t(i)].next)
         if (entries_[std::size_t(i)].panel == k) return;
-      entries_.push_back({k, bucket_[bucket], panel.first, panel.last});
-      bucket_[bucket] = std::int32_t(entries_.size()) - 1;
+      entries_.push_back({k, first, panel.first, panel.last});
+      first = std::int32_t(entries_.size()) - 1;
     });
   }
   /// The vertex of a slab at a place, or kNone.
@@ -402,6 +415,11 @@ private:
     if (!(apart > 0)) return moved;
     std::vector<std::pair<double, GridPoint>> places;
     std::vector<Close> stuck;
+    std::array<std::array<double, 2>, kSpreadDirections> directions{};
+    for (int d = 0; d < kSpreadDirections; ++d) {
+      const double angle = 2 * kPi * d / kSpreadDirections;
+      directions[std::size_t(d)] = {std::cos(angle), std::sin(angle)};
+    }
     for (const Close& c : close_columns()) {
       looked(16);
       // As near as when no place was found for it: most likely nothing has moved there since.
@@ -435,8 +453,8 @@ private:
           offer_at(-x, -y);
         }
         for (int d = 0; d < kSpreadDirections && (walls_.empty() || !walls_stay); ++d) {
-          const double angle = 2 * kPi * d / kSpreadDirections;
-          offer_at(std::cos(angle), std::sin(angle));
+          const auto& [x, y] = directions[std::size_t(d)];
+          offer_at(x, y);
         }
       }
       for (const GridPoint& q : feet(c.p)) offer(q);
@@ -573,10 +591,10 @@ private:
       boxes_.push_back(box_of(panels_[std::size_t(k)].a, panels_[std::size_t(k)].b));
     const auto search = [&](const GridPoint& p, const GridPoint& x) {
       buckets_.for_each_on(p, x, pad, [&](std::size_t bucket) {
-        if (bucket_found_[bucket] == search_) return;
-        bucket_found_[bucket] = search_;
+        if (bucket_[bucket].found == search_) return;
+        bucket_[bucket].found = search_;
         looked();
-        for (std::int32_t i = bucket_[bucket]; i != kNone; i = entries_[std::size_t(i)].next) {
+        for (std::int32_t i = bucket_[bucket].first; i != kNone; i = entries_[std::size_t(i)].next) {
           looked();
           const Entry& entry = entries_[std::size_t(i)];
           if (entry.last < first || entry.first > last) continue;
@@ -854,8 +872,11 @@ private:
     std::int32_t panel, next, first, last;  // slabs of the panel
   };
   Buckets buckets_{GridPoint{}, GridPoint{}, 1};  // of panels
-  std::vector<std::int32_t> bucket_;              // the first entry of each, or kNone
-  std::vector<std::uint32_t> bucket_found_;       // by which search
+  struct Bucket {
+    std::int32_t first;   // its first entry, or kNone
+    std::uint32_t found;  // by which search
+  };
+  std::vector<Bucket> bucket_;
   std::vector<Entry> entries_;
   std::vector<std::array<GridPoint, 2>> boxes_;  // around the edges in question
   std::uint32_t search_ = 0;                     // the last one

@@ -280,6 +280,7 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
     poll();
     const Outline& own = input.outlines[s];
     const bool stacked = s > 0 && input.slabs[s - 1].z_high == input.slabs[s].z_low;
+    const detail::SegmentIndex below(stacked ? result.outlines[s - 1] : Outline{});
     Outline outline;
     double deviation = 0;
     double share = 1;
@@ -294,7 +295,6 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
       outline = detail::prepare(own, share * eps, poll);
       if (options.eps > 0) {
         detail::subdivide(outline, longest, poll);
-        const detail::SegmentIndex below(stacked ? result.outlines[s - 1] : Outline{});
         detail::anticipate(outline, stacked ? &below : nullptr, ahead, s, share * eps * detail::kOpeningShare,
                            share * eps * detail::kAheadShare, poll);
       }
@@ -303,10 +303,10 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
         const detail::SimplifyLimits limits{detail::kSimplifyShare * share * eps, detail::kShortEdgeShare * share * eps,
                                             detail::kShortToleranceShare * share * eps, longest};
         for (int pass = 0; pass < detail::kPasses; ++pass)
-          outline =
-              detail::open_difference(outline, result.outlines[s - 1], static_cast<std::int32_t>(input.regions.size()),
-                                      share * eps * detail::kOpeningShare, limits,
-                                      options.eps > 0 ? detail::BandSplits::All : detail::BandSplits::AtCuts, poll);
+          outline = detail::open_difference(
+              outline, result.outlines[s - 1], below, static_cast<std::int32_t>(input.regions.size()),
+              share * eps * detail::kOpeningShare, limits,
+              options.eps > 0 ? detail::BandSplits::All : detail::BandSplits::AtCuts, poll);
       } else {
         // As open_difference does at its end, so that the same slice gets the same contour wherever it is.
         detail::simplify(outline, {}, {double(kContourStep), 0, 0, longest}, poll);

@@ -256,12 +256,12 @@ enum class BandSplits : std::uint8_t {
   AtCuts  ///< only where cuts may be: for widths so small that the former would be millions
 };
 
-/// `below` where `own` differs from it by less than `width` (pitches), `own` elsewhere. New vertices are simplified
-/// within `limits`; vertices and edges of `below` stay as they are. `bands` says how finely bands between the two are
-/// split. `poll` is called now and then.
-[[nodiscard]] inline Outline open_difference(const Outline& own, const Outline& below, std::int32_t regions,
-                                             double width, const SimplifyLimits& limits, BandSplits bands,
-                                             const std::function<void()>& poll = {}) {
+/// `below` where `own` differs from it by less than `width` (pitches), `own` elsewhere. `below_index` is that of
+/// `below`. New vertices are simplified within `limits`; vertices and edges of `below` stay as they are. `bands` says
+/// how finely bands between the two are split. `poll` is called now and then.
+[[nodiscard]] inline Outline open_difference(const Outline& own, const Outline& below, const SegmentIndex& below_index,
+                                             std::int32_t regions, double width, const SimplifyLimits& limits,
+                                             BandSplits bands, const std::function<void()>& poll = {}) {
   std::vector<TaggedSegment> segments;
   append_segments(own, 0, segments);
   append_segments(below, regions, segments);
@@ -303,7 +303,7 @@ enum class BandSplits : std::uint8_t {
       if (is_own_edge(e)) on_own[std::size_t(v)] = 1;
       if (is_below_edge(e)) on_below[std::size_t(v)] = 1;
     }
-  const SegmentIndex own_index(own), below_index(below);
+  const SegmentIndex own_index(own);
   Poll listen(poll, 1 << 14);  // items looked at
   // Is a vertex of the arrangement at least the width away from one of the two outlines? Asked once for each.
   std::vector<char> known_far(arrangement.vertices.size(), 0);
@@ -340,13 +340,13 @@ enum class BandSplits : std::uint8_t {
   };  // for faces that are not in wide pockets
 
   // Parents of the arrangement's edges.
+  std::vector<std::size_t> first_edge(arrangement.vertices.size() + 1, 0);  // by the smaller end; edges are sorted
+  for (const Arrangement::Edge& e : arrangement.edges) ++first_edge[std::size_t(e.a) + 1];
+  for (std::size_t v = 1; v < first_edge.size(); ++v) first_edge[v] += first_edge[v - 1];
   const auto edge_between = [&](std::int32_t a, std::int32_t b) {
-    const std::pair<std::int32_t, std::int32_t> ends = std::minmax(a, b);
-    return std::lower_bound(arrangement.edges.begin(), arrangement.edges.end(), ends,
-                            [](const Arrangement::Edge& e, const std::pair<std::int32_t, std::int32_t>& p) {
-                              return e.a != p.first ? e.a < p.first : e.b < p.second;
-                            }) -
-           arrangement.edges.begin();
+    std::size_t e = first_edge[std::size_t(std::min(a, b))];
+    while (arrangement.edges[e].b != std::max(a, b)) ++e;
+    return e;
   };
   std::vector<std::int32_t> parent(arrangement.edges.size(), kNone);
   const auto below_edges = std::int32_t(below.edges.size());
@@ -357,7 +357,7 @@ enum class BandSplits : std::uint8_t {
         const int count = (outline.edges[e].left != kNone) + (outline.edges[e].right != kNone);
         const std::vector<std::int32_t> path = arrangement.path(segment);
         for (std::size_t i = 0; i + 1 < path.size(); ++i) {
-          std::int32_t& slot = parent[std::size_t(edge_between(path[i], path[i + 1]))];
+          std::int32_t& slot = parent[edge_between(path[i], path[i + 1])];
           if (override_parent || slot == kNone) slot = first + std::int32_t(e);
         }
         segment += std::size_t(count);

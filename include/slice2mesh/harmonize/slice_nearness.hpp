@@ -103,12 +103,16 @@ private:
       for (const Edge& e : old) before = std::min(before, segment_distance(m, e.first, e.second));
       if (before - length / 2 > limits.most) continue;
       const double limit = before > limits.deviation ? limits.most : limits.deviation;
-      bool covered = false;
-      for (const Edge& e : now) {
-        covered = segment_distance(a, e.first, e.second) <= limit && segment_distance(b, e.first, e.second) <= limit;
-        if (covered) break;
-      }
-      if (covered) continue;
+      const auto far = std::int64_t(limit) + 2;  // the distance is not rounded by as much as a pitch
+      const auto covers = [&](const Edge& e) {
+        if (apart(e.first.x, e.second.x, a.x, a.x) > far || apart(e.first.y, e.second.y, a.y, a.y) > far) return false;
+        return segment_distance(a, e.first, e.second) <= limit && segment_distance(b, e.first, e.second) <= limit;
+      };
+      // What covers one part covers the next one, most likely.
+      if (last_ < now.size() && covers(now[last_])) continue;
+      const auto found = std::find_if(now.begin(), now.end(), covers);
+      last_ = std::size_t(found - now.begin());
+      if (found != now.end()) continue;
       if (length <= limits.resolution * limit) return false;
       parts_.emplace_back(a, m);
       parts_.emplace_back(m, b);
@@ -120,6 +124,7 @@ private:
   std::vector<Piece> pieces_;
   std::vector<Edge> parts_;
   std::vector<std::size_t> seen_;
+  std::size_t last_ = 0;  // the edge that covered a part last
 };
 
 }  // namespace slice2mesh::detail
