@@ -27,22 +27,27 @@ public:
   /// `listen` is called for what is worked on.
   explicit SegmentIndex(std::vector<std::pair<GridPoint, GridPoint>> segments, Poll* listen = nullptr)
       : segments_(std::move(segments)), buckets_{low(), high(), segments_.size()}, start_(buckets_.size() + 1, 0) {
-    const auto visit = [&](std::size_t i, auto&& f) {
+    std::vector<std::size_t> cells, cells_of(1, 0);  // of one segment after the other
+    for (const auto& [a, b] : segments_) {
       if (listen != nullptr) (*listen)();
-      buckets_.for_each_on(segments_[i].first, segments_[i].second, 0, f);
-    };
-    for (std::size_t i = 0; i < segments_.size(); ++i) visit(i, [&](std::size_t cell) { ++start_[cell + 1]; });
+      buckets_.for_each_on(a, b, 0, [&](std::size_t cell) {
+        ++start_[cell + 1];
+        cells.push_back(cell);
+      });
+      cells_of.push_back(cells.size());
+    }
     for (std::size_t c = 1; c < start_.size(); ++c) start_[c] += start_[c - 1];
     items_.resize(start_.back());
     boxes_.resize(start_.back());
     std::vector<std::size_t> next(start_.begin(), start_.end() - 1);
     for (std::size_t i = 0; i < segments_.size(); ++i) {
       const Box box = box_of(segments_[i]);
-      visit(i, [&](std::size_t cell) {
-        const std::size_t k = next[cell]++;
+      if (listen != nullptr) (*listen)();
+      for (std::size_t c = cells_of[i]; c < cells_of[i + 1]; ++c) {
+        const std::size_t k = next[cells[c]]++;
         items_[k] = i;
         boxes_[k] = box;
-      });
+      }
     }
   }
   explicit SegmentIndex(const Outline& outline, Poll* listen = nullptr) : SegmentIndex(segments_of(outline), listen) {}
@@ -223,12 +228,16 @@ private:
   return std::max(worst, bounded);
 }
 
-/// Hausdorff distance of two outlines in pitches, both ways. `poll` is called now and then.
+/// Hausdorff distance of two outlines in pitches, both ways; `b_index` is that of `b`. `poll` is called now and then.
+[[nodiscard]] inline double deviation(const Outline& a, const Outline& b, const SegmentIndex& b_index,
+                                      double resolution, const std::function<void()>& poll = {}) {
+  if (a.empty() || b.empty()) return a.empty() && b.empty() ? 0 : std::numeric_limits<double>::infinity();
+  return std::max(one_sided_deviation(a, b_index, resolution, poll),
+                  one_sided_deviation(b, SegmentIndex(a), resolution, poll));
+}
 [[nodiscard]] inline double deviation(const Outline& a, const Outline& b, double resolution,
                                       const std::function<void()>& poll = {}) {
-  if (a.empty() || b.empty()) return a.empty() && b.empty() ? 0 : std::numeric_limits<double>::infinity();
-  return std::max(one_sided_deviation(a, SegmentIndex(b), resolution, poll),
-                  one_sided_deviation(b, SegmentIndex(a), resolution, poll));
+  return deviation(a, b, SegmentIndex(b), resolution, poll);
 }
 
 }  // namespace slice2mesh::detail

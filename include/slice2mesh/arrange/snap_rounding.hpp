@@ -339,21 +339,23 @@ private:
   for (const Key& s : keys) length += detail::distance(s.a, s.b);
   const Buckets buckets(low, high, Buckets::for_segments(low, high, keys.size(), length));
   std::vector<std::int32_t> start(buckets.size() + 1, 0), items;
+  std::vector<std::pair<std::size_t, std::int32_t>> cells;
   const auto fill = [&](std::size_t count, auto&& visit) {
     std::fill(start.begin(), start.end(), 0);
+    cells.clear();
     for (std::size_t i = 0; i < count; ++i)
       visit(i, [&](std::size_t cell) {
         ++start[cell + 1];
+        cells.emplace_back(cell, static_cast<std::int32_t>(i));
         listen();
       });
     for (std::size_t c = 1; c < start.size(); ++c) start[c] += start[c - 1];
     items.assign(static_cast<std::size_t>(start.back()), 0);
     std::vector<std::int32_t> next(start.begin(), start.end() - 1);
-    for (std::size_t i = 0; i < count; ++i)
-      visit(i, [&](std::size_t cell) {
-        items[static_cast<std::size_t>(next[cell]++)] = static_cast<std::int32_t>(i);
-        listen();
-      });
+    for (const auto& [cell, i] : cells) {
+      items[static_cast<std::size_t>(next[cell]++)] = i;
+      listen();
+    }
   };
   fill(keys.size(), [&](std::size_t i, auto&& put) { buckets.for_each_on(keys[i].a, keys[i].b, 0, put); });
 

@@ -162,8 +162,6 @@ private:
   struct Panel {
     GridPoint a, b;
     std::int32_t first, last;  // slabs
-    std::uint32_t found = 0;   // by which search
-    bool alive = true;
   };
   /// A panel that ends in the column in question, from there to x. `alone`: in one of its slabs the pair of columns
   /// that is to be merged is not there as a whole.
@@ -227,6 +225,7 @@ private:
     constexpr std::size_t kCells = 4;  // per panel
     buckets_ = Buckets(low, high, kCells * panels_.size());
     bucket_.assign(buckets_.size(), {kNone, 0});
+    found_.assign(panels_.size(), 0);
     // What stands together is looked at together.
     std::stable_sort(panels_.begin(), panels_.end(),
                      [&](const Panel& p, const Panel& q) { return buckets_.of(p.a) < buckets_.of(q.a); });
@@ -486,6 +485,7 @@ private:
       if (edges.size() != 2) return true;
       const GridPoint &a = sheet.point(sheet.other_end(edges[0], step.v)),
                       &b = sheet.point(sheet.other_end(edges[1], step.v));
+      if (!walls_.empty() && walls_.back()[0] == a && walls_.back()[1] == b) continue;  // as in the slab before
       const ContourShape shape = contour_shape(sheet.point(step.v), a, b);
       if (shape == ContourShape::Corner) return true;
       if (shape == ContourShape::Straight) walls_.push_back({a, b});
@@ -598,9 +598,9 @@ private:
           looked();
           const Entry& entry = entries_[std::size_t(i)];
           if (entry.last < first || entry.first > last) continue;
-          Panel& panel = panels_[std::size_t(entry.panel)];
-          if (panel.found == search_ || !panel.alive) continue;
-          panel.found = search_;
+          if (found_[std::size_t(entry.panel)] >= search_) continue;
+          found_[std::size_t(entry.panel)] = search_;
+          const Panel& panel = panels_[std::size_t(entry.panel)];
           const auto [low_x, high_x] = std::minmax(panel.a.x, panel.b.x);
           const auto [low_y, high_y] = std::minmax(panel.a.y, panel.b.y);
           for (const auto& [low, high] : boxes_) {
@@ -700,16 +700,18 @@ private:
   }
 
   [[nodiscard]] bool possible(const Candidate& c, const GridPoint& target) {
-    const Place& there = place_of(target);
     const double from_v = distance(c.v, target), from_w = distance(c.w, target);
     for (const Step& step : steps_) {
       if (step.v != kNone && step.drift_v + from_v > reach_) return false;
       if (step.w != kNone && step.drift_w + from_w > reach_) return false;
-      if (there.standing.empty()) continue;
-      const std::int32_t u = at(step.slab, there.standing);
-      if (u != kNone && u != step.v && u != step.w) return false;
     }
     if (std::any_of(moving_.begin(), moving_.end(), [&](const Moving& m) { return folds(m, target); })) return false;
+    const Place& there = place_of(target);
+    if (!there.standing.empty())
+      for (const Step& step : steps_) {
+        const std::int32_t u = at(step.slab, there.standing);
+        if (u != kNone && u != step.v && u != step.w) return false;
+      }
     if (near_.empty()) find_all_near();
     for (const Moving& m : moving_)
       if (!way_is_clear(c, m, target)) return false;
@@ -836,7 +838,7 @@ private:
       there.standing.insert(first_from(step.slab, there.standing), {step.slab, stays, drift});
     }
     for (const std::int32_t pair : between_) {
-      panels_[std::size_t(pair)].alive = false;
+      found_[std::size_t(pair)] = UINT32_MAX;  // never found again
       erase_panel(pair, at_v);
       erase_panel(pair, at_w);
     }
@@ -868,6 +870,7 @@ private:
   std::unordered_map<GridPoint, Place, GridHash> places_;
   const Place nowhere_{};
   std::vector<Panel> panels_;
+  std::vector<std::uint32_t> found_;  // of the panels: by which search
   struct Entry {
     std::int32_t panel, next, first, last;  // slabs of the panel
   };

@@ -10,7 +10,6 @@
 #include <functional>
 #include <map>
 #include <numeric>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -40,11 +39,6 @@ public:
 private:
   std::vector<std::int32_t> parent_;
 };
-
-[[nodiscard]] constexpr std::uint64_t edge_key(std::int32_t a, std::int32_t b) noexcept {
-  return a < b ? (std::uint64_t(std::uint32_t(a)) << 32) | std::uint32_t(b)
-               : (std::uint64_t(std::uint32_t(b)) << 32) | std::uint32_t(a);
-}
 
 /// A piece of the outline that is being put together. `parent`: an edge of the outline below (0 and up), an edge of the
 /// own outline (count of the former and up), or kNone for a cut across a pocket.
@@ -371,6 +365,7 @@ enum class BandSplits : std::uint8_t {
   std::vector<GridPoint> points = arrangement.vertices;
   struct SubEdge {
     std::int32_t a, b, edge;
+    std::int32_t next = kNone;  // with the same smaller end
   };
   std::vector<SubEdge> subs;
   for (std::size_t e = 0; e < arrangement.edges.size(); ++e)
@@ -395,15 +390,33 @@ enum class BandSplits : std::uint8_t {
       }
     Cdt cdt;
     std::vector<Cdt::Vertex_handle> handle = insert_points(cdt, local_points, poll);
-    std::unordered_map<std::uint64_t, std::int32_t> sub_of;
-    sub_of.reserve(subs.size() * 4);
+    // Pieces by their smaller end.
+    std::vector<std::int32_t> first_sub(local_points.size(), kNone);
+    const auto enter = [&](std::int32_t s) {
+      SubEdge& sub = subs[std::size_t(s)];
+      std::int32_t& first = first_sub[std::size_t(std::min(sub.a, sub.b))];
+      sub.next = first;
+      first = s;
+    };
+    const auto leave = [&](std::int32_t s) {
+      const SubEdge& sub = subs[std::size_t(s)];
+      std::int32_t* at = &first_sub[std::size_t(std::min(sub.a, sub.b))];
+      while (*at != s) at = &subs[std::size_t(*at)].next;
+      *at = sub.next;
+    };
+    const auto sub_between = [&](std::int32_t a, std::int32_t b) {
+      std::int32_t s = first_sub[std::size_t(std::min(a, b))];
+      while (s != kNone && std::max(subs[std::size_t(s)].a, subs[std::size_t(s)].b) != std::max(a, b))
+        s = subs[std::size_t(s)].next;
+      return s;
+    };
     std::vector<std::int32_t> queue;
     for (std::size_t s = 0; s < subs.size(); ++s) {
       subs[s].a = local[std::size_t(subs[s].a)];
       subs[s].b = local[std::size_t(subs[s].b)];
       listen(64);
       insert_edge(cdt, handle[std::size_t(subs[s].a)], handle[std::size_t(subs[s].b)], Stage::Harmonize);
-      sub_of[edge_key(subs[s].a, subs[s].b)] = std::int32_t(s);
+      enter(std::int32_t(s));
       queue.push_back(std::int32_t(s));
     }
     std::vector<PocketVertex> vertices(local_points.size());
@@ -516,12 +529,13 @@ enum class BandSplits : std::uint8_t {
       vertices.back().far = is_far(vertices.back(), m);
       global.push_back(std::int32_t(points.size()));
       points.push_back(m);
-      sub_of.erase(edge_key(sub.a, sub.b));
+      first_sub.push_back(kNone);
       const auto t = std::int32_t(subs.size());
+      leave(s);
       subs[std::size_t(s)].b = v->info();
       subs.push_back({v->info(), sub.b, sub.edge});
-      sub_of[edge_key(sub.a, v->info())] = s;
-      sub_of[edge_key(v->info(), sub.b)] = t;
+      enter(s);
+      enter(t);
       queue.push_back(s);
       queue.push_back(t);
       Cdt::Face_circulator circulator = cdt.incident_faces(v), begin = circulator;
@@ -529,9 +543,9 @@ enum class BandSplits : std::uint8_t {
         listen();
         const int k = circulator->index(v);
         if (circulator->is_constrained(k) && !cdt.is_infinite(circulator)) {
-          const auto it =
-              sub_of.find(edge_key(circulator->vertex(Cdt::ccw(k))->info(), circulator->vertex(Cdt::cw(k))->info()));
-          if (it != sub_of.end()) queue.push_back(it->second);
+          const std::int32_t side =
+              sub_between(circulator->vertex(Cdt::ccw(k))->info(), circulator->vertex(Cdt::cw(k))->info());
+          if (side != kNone) queue.push_back(side);
         }
       } while (++circulator != begin);
     }

@@ -149,11 +149,7 @@ inline void simplify(Outline& outline, const std::vector<char>& fixed, const Sim
                      const std::function<void()>& poll = {}) {
   const std::size_t count = outline.vertices.size();
   if (count < 4) return;
-  std::vector<std::vector<std::int32_t>> edges_at(count);
-  for (std::size_t e = 0; e < outline.edges.size(); ++e) {
-    edges_at[static_cast<std::size_t>(outline.edges[e].a)].push_back(std::int32_t(e));
-    edges_at[static_cast<std::size_t>(outline.edges[e].b)].push_back(std::int32_t(e));
-  }
+  EdgesAt edges_at(outline);
   double length = 0;
   for (const Outline::Edge& e : outline.edges)
     length +=
@@ -177,7 +173,7 @@ inline void simplify(Outline& outline, const std::vector<char>& fixed, const Sim
   Poll listen(poll, 1 << 14);
   const auto consider = [&](std::int32_t v) {
     listen(16);
-    const auto& at = edges_at[static_cast<std::size_t>(v)];
+    const EdgesAt::Range at = edges_at[static_cast<std::size_t>(v)];
     if ((!fixed.empty() && fixed[static_cast<std::size_t>(v)]) || at.size() != 2) return;
     const std::int32_t u = other_end(at[0], v), w = other_end(at[1], v);
     if (u == w) return;
@@ -223,7 +219,6 @@ inline void simplify(Outline& outline, const std::vector<char>& fixed, const Sim
     (kept.a == v ? kept.a : kept.b) = w;
     alive_edge[static_cast<std::size_t>(f)] = 0;
     alive_vertex[static_cast<std::size_t>(v)] = 0;
-    edges_at[static_cast<std::size_t>(v)].clear();
     for (std::int32_t& k : edges_at[static_cast<std::size_t>(w)])
       if (k == f) k = e;
     auto& list = dropped[static_cast<std::size_t>(e)];

@@ -243,33 +243,55 @@ private:
     struct Vertex {
       std::int32_t index;
     };
+    // The order is one of places that edges take: where one edge ends at a vertex and another begins, it takes over the
+    // place.
+    std::vector<std::int32_t> edge_at, place_of_edge(edges_.size(), kNone);
     struct Order {
       using is_transparent = void;
       const FaceSweep* sweep;
-      bool operator()(std::int32_t e, std::int32_t f) const { return sweep->is_below(e, f); }
-      bool operator()(std::int32_t e, Vertex v) const {
-        const Arrangement::Edge& s = sweep->edges_[std::size_t(e)];
+      const std::vector<std::int32_t>* edge_at;
+      bool operator()(std::int32_t i, std::int32_t j) const {
+        return sweep->is_below((*edge_at)[std::size_t(i)], (*edge_at)[std::size_t(j)]);
+      }
+      bool operator()(std::int32_t i, Vertex v) const {
+        const Arrangement::Edge& s = sweep->edges_[std::size_t((*edge_at)[std::size_t(i)])];
         return orientation(sweep->point(s.a), sweep->point(s.b), sweep->point(v.index)) > 0;
       }
     };
-    using Edges = std::set<std::int32_t, Order>;  // from the lowest up
-    Edges there(Order{this});
-    std::vector<Edges::iterator> entry(edges_.size());
+    using Places = std::set<std::int32_t, Order>;  // from the lowest up
+    Places there(Order{this, &edge_at});
+    std::vector<Places::iterator> entry;
     for (std::int32_t v = 0; v < std::int32_t(vertices_.size()); ++v) {
       listen_();
       const std::int32_t begin = start_[std::size_t(v)], end = start_[std::size_t(v) + 1];
+      const auto ends_here = [&](std::int32_t i) { return around_[std::size_t(i)] % 2 != 0; };
+      const auto edge = [&](std::int32_t i) { return std::size_t(around_[std::size_t(i)]) / 2; };
+      if (end - begin == 2 && ends_here(begin) != ends_here(begin + 1)) {
+        const std::int32_t last = ends_here(begin) ? begin : begin + 1, first = ends_here(begin) ? begin + 1 : begin;
+        place_of_edge[edge(first)] = place_of_edge[edge(last)];
+        edge_at[std::size_t(place_of_edge[edge(first)])] = std::int32_t(edge(first));
+        continue;
+      }
       for (std::int32_t i = begin; i < end; ++i)
-        if (around_[std::size_t(i)] % 2 != 0) there.erase(entry[std::size_t(around_[std::size_t(i)]) / 2]);
+        if (ends_here(i)) there.erase(entry[std::size_t(place_of_edge[edge(i)])]);
       if (outer[std::size_t(v)] != kNone) {
         const auto above = there.lower_bound(Vertex{v});
         // Edges run to the right: what is above them is on the left of the half-edge 2 e. Its walk has its face: if it
         // goes around a component, one that began before.
-        walks_[std::size_t(outer[std::size_t(v)])].face =
-            above == there.begin() ? 0 : walks_[std::size_t(walk_of_[2 * std::size_t(*std::prev(above))])].face;
+        std::int32_t& face = walks_[std::size_t(outer[std::size_t(v)])].face;
+        if (above == there.begin()) {
+          face = 0;
+        } else {
+          const std::int32_t below = edge_at[std::size_t(*std::prev(above))];
+          face = walks_[std::size_t(walk_of_[2 * std::size_t(below)])].face;
+        }
       }
-      for (std::int32_t i = begin; i < end; ++i)
-        if (around_[std::size_t(i)] % 2 == 0)
-          entry[std::size_t(around_[std::size_t(i)]) / 2] = there.insert(around_[std::size_t(i)] / 2).first;
+      for (std::int32_t i = begin; i < end; ++i) {
+        if (ends_here(i)) continue;
+        place_of_edge[edge(i)] = std::int32_t(edge_at.size());
+        edge_at.push_back(std::int32_t(edge(i)));
+        entry.push_back(there.insert(place_of_edge[edge(i)]).first);
+      }
     }
   }
 
