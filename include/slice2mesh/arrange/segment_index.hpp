@@ -69,19 +69,20 @@ public:
     const GridPoint center = buckets_.nearest_to(p);
     const double x = double(p.x), y = double(p.y);
     double beyond = (limit + 1) * (limit + 1);  // see is_beyond
-    for (std::int64_t ring = 0;; ++ring) {
-      if (ring > 0 && buckets_.distance_of_ring(p, center, ring) > best.distance) break;
-      const bool any = buckets_.for_each_on_ring(p, center, ring, best.distance, [&](std::size_t cell) {
-        if (listen != nullptr) (*listen)(start_[cell + 1] - start_[cell] + 1);
-        for (std::size_t i = start_[cell]; i < start_[cell + 1]; ++i) {
-          if (is_beyond(boxes_[i], x, y, beyond)) continue;
-          const double d = distance_to(items_[i], p);
-          if (!(d < best.distance)) continue;
-          best = {d, static_cast<std::ptrdiff_t>(items_[i])};
-          beyond = (d + 1) * (d + 1);
-        }
-      });
-      if (!any) break;
+    const auto look = [&](std::size_t cell) {
+      if (listen != nullptr) (*listen)(start_[cell + 1] - start_[cell] + 1);
+      for (std::size_t i = start_[cell]; i < start_[cell + 1]; ++i) {
+        if (is_beyond(boxes_[i], x, y, beyond)) continue;
+        const double d = distance_to(items_[i], p);
+        if (!(d < best.distance)) continue;
+        best = {d, static_cast<std::ptrdiff_t>(items_[i])};
+        beyond = (d + 1) * (d + 1);
+      }
+    };
+    look(buckets_.at(center));
+    for (std::int64_t ring = 1;; ++ring) {
+      if (buckets_.distance_of_ring(p, center, ring) > best.distance) break;
+      if (!buckets_.for_each_on_ring(p, center, ring, best.distance, look)) break;
     }
     return best;
   }

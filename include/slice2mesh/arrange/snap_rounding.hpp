@@ -147,6 +147,8 @@ public:
   [[nodiscard]] GridPoint nearest_to(const GridPoint& p) const {
     return {clamp(p.x - low_.x, columns_), clamp(p.y - low_.y, rows_)};
   }
+  /// The bucket in a column (x) and a row (y).
+  [[nodiscard]] std::size_t at(const GridPoint& bucket) const { return index(bucket.x, bucket.y); }
   /// No bucket of the ring around `nearest` (see `nearest_to`), or of a wider one, is nearer to p than this.
   [[nodiscard]] double distance_of_ring(const GridPoint& p, const GridPoint& nearest, std::int64_t ring) const {
     const std::int64_t x = p.x - low_.x - nearest.x * cell_, y = p.y - low_.y - nearest.y * cell_;

@@ -593,9 +593,9 @@ private:
       buckets_.for_each_on(p, x, pad, [&](std::size_t bucket) {
         if (bucket_[bucket].found == search_) return;
         bucket_[bucket].found = search_;
-        looked();
+        std::size_t count = 1;
         for (std::int32_t i = bucket_[bucket].first; i != kNone; i = entries_[std::size_t(i)].next) {
-          looked();
+          ++count;
           const Entry& entry = entries_[std::size_t(i)];
           if (entry.last < first || entry.first > last) continue;
           if (found_[std::size_t(entry.panel)] >= search_) continue;
@@ -609,6 +609,7 @@ private:
             break;
           }
         }
+        looked(count);
       });
     };
     for (const Moving& m : moving_) search(m.p, m.x);

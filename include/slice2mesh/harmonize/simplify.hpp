@@ -42,6 +42,7 @@ public:
     const double area = vertices.empty() ? 0 : (double(high.x - low.x) + 1) * (double(high.y - low.y) + 1);
     const double dense = std::sqrt(area / double(vertices.size() + 1));
     cell_ = std::max<std::int64_t>(1, std::int64_t(std::min(cell, dense)));
+    inverse_ = 1 / double(cell_);
     std::size_t buckets = 16;
     while (buckets < vertices.size()) buckets *= 2;
     mask_ = buckets - 1;
@@ -96,7 +97,13 @@ public:
   }
 
 private:
-  [[nodiscard]] std::int64_t cell_of(std::int64_t x) const { return x / cell_ - (x % cell_ < 0 ? 1 : 0); }
+  /// x / cell_, rounded down, without the slow division of integers: coordinates are far below 2^52, so that the
+  /// product is less than one away from the quotient.
+  [[nodiscard]] std::int64_t cell_of(std::int64_t x) const {
+    const auto cell = static_cast<std::int64_t>(double(x) * inverse_);
+    const std::int64_t rest = x - cell * cell_;
+    return rest < 0 ? cell - 1 : (rest >= cell_ ? cell + 1 : cell);
+  }
   [[nodiscard]] std::size_t bucket(std::int64_t c, std::int64_t r) const { return GridHash{}({c, r}) & mask_; }
   [[nodiscard]] bool is_large(std::int64_t c0, std::int64_t c1, std::int64_t r0, std::int64_t r1) const {
     return double(c1 - c0 + 1) * double(r1 - r0 + 1) > double(items_.size()) + 16;
@@ -117,6 +124,7 @@ private:
     return false;
   }
   std::int64_t cell_ = 1;
+  double inverse_ = 1;  // of cell_
   std::size_t mask_ = 0;
   std::vector<std::size_t> start_;  // by bucket of the hash of a cell
   std::vector<std::int32_t> items_;
