@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "slice2mesh/triangulate/plane_mesh.hpp"
 
+#include <algorithm>
 #include <array>
 #include <map>
+#include <random>
 #include <set>
 #include <vector>
 
@@ -221,6 +223,42 @@ TEST_CASE("faces of an arrangement know how often each loop winds around them") 
     states.insert(state);
   }
   CHECK(states == std::set<std::vector<std::pair<std::int32_t, std::int32_t>>>{{{0, 1}}, {{0, 1}, {1, 2}}, {{1, 2}}});
+}
+
+TEST_CASE("faces by a sweep are those that flooding a triangulation finds", "[triangulate]") {
+  std::mt19937 random(7);
+  for (int round = 0; round < 60; ++round) {
+    INFO("round " << round);
+    // Few different coordinates: crossings, common vertices, edges on each other, components within others.
+    const int wide = round % 3 == 0 ? 6 : (round % 3 == 1 ? 40 : 4000);
+    std::uniform_int_distribution<std::int64_t> coordinate(-wide, wide);
+    std::vector<TaggedSegment> segments;
+    const int polygons = 1 + round % 12;
+    for (int polygon = 0; polygon < polygons; ++polygon) {
+      const std::int64_t x = coordinate(random) * 2, y = coordinate(random) * 2;
+      std::vector<GridPoint> points(std::size_t(3 + round % 4));
+      for (GridPoint& p : points)
+        p = {(x + coordinate(random)) * 64 * kContourStep, (y + coordinate(random)) * 64 * kContourStep};
+      for (std::size_t i = 0; i < points.size(); ++i)
+        segments.push_back({points[i], points[(i + 1) % points.size()], polygon % 3});
+    }
+    const Arrangement arrangement = snap_round(segments);
+    const ArrangementFaces swept = find_faces(arrangement);
+    const ArrangementFaces flooded = find_faces(arrangement, triangulate(arrangement));
+    REQUIRE(swept.of_edge.size() == flooded.of_edge.size());
+    REQUIRE(swept.windings.size() == flooded.windings.size());
+    std::map<std::int32_t, std::int32_t> same{{0, 0}};
+    std::set<std::int32_t> taken;
+    for (std::size_t e = 0; e < swept.of_edge.size(); ++e)
+      for (std::size_t side = 0; side < 2; ++side)
+        CHECK(same.emplace(swept.of_edge[e][side], flooded.of_edge[e][side]).first->second == flooded.of_edge[e][side]);
+    for (const auto& [f, g] : same) {
+      CHECK(taken.insert(g).second);
+      const auto &a = swept.windings[std::size_t(f)], &b = flooded.windings[std::size_t(g)];
+      CHECK(std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                       [](const EdgeTag& s, const EdgeTag& t) { return s.tag == t.tag && s.winding == t.winding; }));
+    }
+  }
 }
 
 TEST_CASE("the planes of the slice files are conforming", "[corpus]") {

@@ -31,6 +31,36 @@ struct Outline {
 
 namespace detail {
 
+/// The edges at each vertex of an outline, as it is when this is made.
+class EdgesAt {
+public:
+  explicit EdgesAt(const Outline& outline) : start_(outline.vertices.size() + 1, 0), edges_(2 * outline.edges.size()) {
+    for (const Outline::Edge& e : outline.edges) {
+      ++start_[static_cast<std::size_t>(e.a) + 1];
+      ++start_[static_cast<std::size_t>(e.b) + 1];
+    }
+    for (std::size_t v = 1; v < start_.size(); ++v) start_[v] += start_[v - 1];
+    std::vector<std::size_t> next(start_.begin(), start_.end() - 1);
+    for (std::size_t e = 0; e < outline.edges.size(); ++e)
+      for (const std::int32_t v : {outline.edges[e].a, outline.edges[e].b})
+        edges_[next[static_cast<std::size_t>(v)]++] = static_cast<std::int32_t>(e);
+  }
+  /// A range of indices of edges, which may be changed.
+  struct Range {
+    std::int32_t *first, *last;
+    [[nodiscard]] std::int32_t* begin() const { return first; }
+    [[nodiscard]] std::int32_t* end() const { return last; }
+    [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(last - first); }
+    [[nodiscard]] bool empty() const { return first == last; }
+    [[nodiscard]] std::int32_t operator[](std::size_t i) const { return first[i]; }
+  };
+  [[nodiscard]] Range operator[](std::size_t v) { return {edges_.data() + start_[v], edges_.data() + start_[v + 1]}; }
+
+private:
+  std::vector<std::size_t> start_;
+  std::vector<std::int32_t> edges_;
+};
+
 /// Twice the area of a region (kNone: of all regions) in squared pitches; exact.
 [[nodiscard]] inline Int128 doubled_area(const Outline& outline, std::int32_t region) {
   Int128 sum = 0;

@@ -27,15 +27,28 @@ public:
   /// `listen` is called for what is worked on.
   explicit SegmentIndex(std::vector<std::pair<GridPoint, GridPoint>> segments, Poll* listen = nullptr)
       : segments_(std::move(segments)), buckets_{low(), high(), segments_.size()}, start_(buckets_.size() + 1, 0) {
-    const auto visit = [&](std::size_t i, auto&& f) {
+    std::vector<std::size_t> cells, cells_of(1, 0);  // of one segment after the other
+    for (const auto& [a, b] : segments_) {
       if (listen != nullptr) (*listen)();
-      buckets_.for_each_on(segments_[i].first, segments_[i].second, 0, f);
-    };
-    for (std::size_t i = 0; i < segments_.size(); ++i) visit(i, [&](std::size_t cell) { ++start_[cell + 1]; });
+      buckets_.for_each_on(a, b, 0, [&](std::size_t cell) {
+        ++start_[cell + 1];
+        cells.push_back(cell);
+      });
+      cells_of.push_back(cells.size());
+    }
     for (std::size_t c = 1; c < start_.size(); ++c) start_[c] += start_[c - 1];
     items_.resize(start_.back());
+    boxes_.resize(start_.back());
     std::vector<std::size_t> next(start_.begin(), start_.end() - 1);
-    for (std::size_t i = 0; i < segments_.size(); ++i) visit(i, [&](std::size_t cell) { items_[next[cell]++] = i; });
+    for (std::size_t i = 0; i < segments_.size(); ++i) {
+      const Box box = box_of(segments_[i]);
+      if (listen != nullptr) (*listen)();
+      for (std::size_t c = cells_of[i]; c < cells_of[i + 1]; ++c) {
+        const std::size_t k = next[cells[c]]++;
+        items_[k] = i;
+        boxes_[k] = box;
+      }
+    }
   }
   explicit SegmentIndex(const Outline& outline, Poll* listen = nullptr) : SegmentIndex(segments_of(outline), listen) {}
 
@@ -51,26 +64,43 @@ public:
                                 Poll* listen = nullptr) const {
     Nearest best{limit, -1};
     if (segments_.empty()) return best;
-    const double outside =
-        std::hypot(double(p.x - std::clamp(p.x, low_.x, high_.x)), double(p.y - std::clamp(p.y, low_.y, high_.y)));
-    if (outside >= limit) return best;
-    for (std::int64_t ring = 0;; ++ring) {
-      // What is in this ring of buckets is at least (ring - 1) buckets from the bucket nearest to p.
-      if (double(ring - 1) * double(buckets_.cell()) > best.distance) break;
-      const bool any = buckets_.for_each_on_ring(p, ring, best.distance, [&](std::size_t cell) {
-        if (listen != nullptr) (*listen)(start_[cell + 1] - start_[cell] + 1);
-        for (std::size_t i = start_[cell]; i < start_[cell + 1]; ++i) {
-          const double d = distance_to(items_[i], p);
-          if (d < best.distance) best = {d, static_cast<std::ptrdiff_t>(items_[i])};
-        }
-      });
-      if (!any) break;
+    const GridPoint inside{std::clamp(p.x, low_.x, high_.x), std::clamp(p.y, low_.y, high_.y)};
+    if ((inside == p ? 0 : std::hypot(double(p.x - inside.x), double(p.y - inside.y))) >= limit) return best;
+    const GridPoint center = buckets_.nearest_to(p);
+    const double x = double(p.x), y = double(p.y);
+    double beyond = (limit + 1) * (limit + 1);  // see is_beyond
+    const auto look = [&](std::size_t cell) {
+      if (listen != nullptr) (*listen)(start_[cell + 1] - start_[cell] + 1);
+      for (std::size_t i = start_[cell]; i < start_[cell + 1]; ++i) {
+        if (is_beyond(boxes_[i], x, y, beyond)) continue;
+        const double d = distance_to(items_[i], p);
+        if (!(d < best.distance)) continue;
+        best = {d, static_cast<std::ptrdiff_t>(items_[i])};
+        beyond = (d + 1) * (d + 1);
+      }
+    };
+    look(buckets_.at(center));
+    for (std::int64_t ring = 1;; ++ring) {
+      if (buckets_.distance_of_ring(p, center, ring) > best.distance) break;
+      if (!buckets_.for_each_on_ring(p, center, ring, best.distance, look)) break;
     }
     return best;
   }
   [[nodiscard]] double distance(const GridPoint& p, double limit = std::numeric_limits<double>::infinity(),
                                 Poll* listen = nullptr) const {
     return nearest(p, limit, listen).distance;
+  }
+  /// Is a segment nearer to p than `limit`? As `distance` tells it, which has to look further. `listen` is told the
+  /// segments looked at.
+  [[nodiscard]] bool is_within(const GridPoint& p, double limit, Poll* listen = nullptr) const {
+    if (segments_.empty() || !(limit < double(kGridLimit))) return distance(p, limit, listen) < limit;
+    const double x = double(p.x), y = double(p.y), beyond = (limit + 1) * (limit + 1);
+    return buckets_.any_on(p, p, static_cast<std::int64_t>(std::ceil(limit)), [&](std::size_t cell) {
+      if (listen != nullptr) (*listen)(start_[cell + 1] - start_[cell] + 1);
+      for (std::size_t i = start_[cell]; i < start_[cell + 1]; ++i)
+        if (!is_beyond(boxes_[i], x, y, beyond) && distance_to(items_[i], p) < limit) return true;
+      return false;
+    });
   }
   /// Calls f(segment) for the segments that are nearer than `pad` pitches to the segment ab, for some of them more than
   /// once, and perhaps for others near by.
@@ -115,6 +145,21 @@ public:
   }
 
 private:
+  struct Box {
+    double low_x, high_x, low_y, high_y;
+  };
+  [[nodiscard]] static Box box_of(const std::pair<GridPoint, GridPoint>& segment) {
+    const auto& [a, b] = segment;
+    return {double(std::min(a.x, b.x)), double(std::max(a.x, b.x)), double(std::min(a.y, b.y)),
+            double(std::max(a.y, b.y))};
+  }
+  /// Is the box around a segment farther than some limit from the point x, y, and so the distance as rounded? `beyond`:
+  /// the square of the limit and one pitch. The rounding of the distance is far below that pitch: coordinates are below
+  /// 2^40, and its terms within 2^-50 of their values.
+  [[nodiscard]] static bool is_beyond(const Box& box, double x, double y, double beyond) {
+    const double u = std::max(box.low_x - x, x - box.high_x), v = std::max(box.low_y - y, y - box.high_y);
+    return (u > 0 ? u * u : 0) + (v > 0 ? v * v : 0) > beyond;
+  }
   GridPoint low() {
     low_ = segments_.empty() ? GridPoint{} : segments_.front().first;
     high_ = low_;
@@ -131,6 +176,7 @@ private:
   Buckets buckets_;
   std::vector<std::size_t> start_;
   std::vector<std::size_t> items_;
+  std::vector<Box> boxes_;  // of the items
 };
 
 /// Largest distance of a point of the edges of `from` to the edges behind `to` (one-sided Hausdorff distance, in
@@ -183,12 +229,16 @@ private:
   return std::max(worst, bounded);
 }
 
-/// Hausdorff distance of two outlines in pitches, both ways. `poll` is called now and then.
+/// Hausdorff distance of two outlines in pitches, both ways; `b_index` is that of `b`. `poll` is called now and then.
+[[nodiscard]] inline double deviation(const Outline& a, const Outline& b, const SegmentIndex& b_index,
+                                      double resolution, const std::function<void()>& poll = {}) {
+  if (a.empty() || b.empty()) return a.empty() && b.empty() ? 0 : std::numeric_limits<double>::infinity();
+  return std::max(one_sided_deviation(a, b_index, resolution, poll),
+                  one_sided_deviation(b, SegmentIndex(a), resolution, poll));
+}
 [[nodiscard]] inline double deviation(const Outline& a, const Outline& b, double resolution,
                                       const std::function<void()>& poll = {}) {
-  if (a.empty() || b.empty()) return a.empty() && b.empty() ? 0 : std::numeric_limits<double>::infinity();
-  return std::max(one_sided_deviation(a, SegmentIndex(b), resolution, poll),
-                  one_sided_deviation(b, SegmentIndex(a), resolution, poll));
+  return deviation(a, b, SegmentIndex(b), resolution, poll);
 }
 
 }  // namespace slice2mesh::detail

@@ -10,11 +10,13 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -88,13 +90,21 @@ public:
     // Square cells, about one per item; long thin boxes get a single row or column of them.
     double cell = std::max(std::sqrt(width * height / count), std::max(width, height) / (4 * count));
     cell_ = std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(cell)));
+    inverse_ = 1 / double(cell_);
     columns_ = (high.x - low.x) / cell_ + 1;
     rows_ = (high.y - low.y) / cell_ + 1;
   }
-  [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(columns_ * rows_); }
-  [[nodiscard]] std::size_t of(const GridPoint& p) const {
-    return index((p.x - low_.x) / cell_, (p.y - low_.y) / cell_);
+  /// How many buckets to ask for, for `count` segments that are `length` pitches long in all: contours are lines in an
+  /// area, and leave most buckets empty. So they may be as small as segments are long, with up to kMost per segment.
+  [[nodiscard]] static std::size_t for_segments(const GridPoint& low, const GridPoint& high, std::size_t count,
+                                                double length) {
+    constexpr double kMost = 4;
+    const double mean = std::max(1.0, length / std::max<double>(1, double(count)));
+    const double fitting = (double(high.x - low.x) + 1) / mean * ((double(high.y - low.y) + 1) / mean);
+    return static_cast<std::size_t>(std::clamp(fitting, double(count), kMost * double(count)));
   }
+  [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(columns_ * rows_); }
+  [[nodiscard]] std::size_t of(const GridPoint& p) const { return index(cell_of(p.x - low_.x), cell_of(p.y - low_.y)); }
   /// Calls f(bucket) for all buckets that the segment, widened by `pad` pitches, touches (and perhaps a few more).
   template <class F>
   void for_each_on(const GridPoint& a, const GridPoint& b, std::int64_t pad, F&& f) const {
@@ -133,11 +143,26 @@ public:
   }
 
   [[nodiscard]] std::int64_t cell() const { return cell_; }
-  /// Calls f(bucket) for the buckets at distance `ring` (in buckets, Chebyshev) from the one nearest to p that are not
-  /// farther than `limit` pitches from p, which f may change; false if there are none in that ring.
+  /// Column and row of the bucket nearest to p.
+  [[nodiscard]] GridPoint nearest_to(const GridPoint& p) const {
+    return {clamp(p.x - low_.x, columns_), clamp(p.y - low_.y, rows_)};
+  }
+  /// The bucket in a column (x) and a row (y).
+  [[nodiscard]] std::size_t at(const GridPoint& bucket) const { return index(bucket.x, bucket.y); }
+  /// No bucket of the ring around `nearest` (see `nearest_to`), or of a wider one, is nearer to p than this.
+  [[nodiscard]] double distance_of_ring(const GridPoint& p, const GridPoint& nearest, std::int64_t ring) const {
+    const std::int64_t x = p.x - low_.x - nearest.x * cell_, y = p.y - low_.y - nearest.y * cell_;
+    // From a point outside of all buckets: at least from its nearest one.
+    if (x < 0 || y < 0 || x > cell_ || y > cell_) return double(ring - 1) * double(cell_);
+    return double(ring - 1) * double(cell_) + double(std::min({x, y, cell_ - x, cell_ - y}));
+  }
+  /// Calls f(bucket) for the buckets at distance `ring` (in buckets, Chebyshev) from the one nearest to p (see
+  /// `nearest_to`) that are not farther than `limit` pitches from p, which f may change; false if there are none in
+  /// that ring.
   template <class F>
-  bool for_each_on_ring(const GridPoint& p, std::int64_t ring, const double& limit, F&& f) const {
-    const std::int64_t column = clamp(p.x - low_.x, columns_), row = clamp(p.y - low_.y, rows_);
+  bool for_each_on_ring(const GridPoint& p, const GridPoint& nearest, std::int64_t ring, const double& limit,
+                        F&& f) const {
+    const std::int64_t column = nearest.x, row = nearest.y;
     const std::int64_t c0 = std::max<std::int64_t>(0, column - ring), c1 = std::min(columns_ - 1, column + ring);
     const auto distance_along = [&](std::int64_t offset, std::int64_t k) {  // to the stretch of column or row k
       return double(std::max({std::int64_t(0), k * cell_ - offset, offset - (k + 1) * cell_}));
@@ -165,10 +190,18 @@ private:
     return static_cast<std::size_t>(row * columns_ + column);
   }
   [[nodiscard]] std::int64_t clamp(std::int64_t offset, std::int64_t cells) const {
-    return offset < 0 ? 0 : std::min(offset / cell_, cells - 1);
+    return offset < 0 ? 0 : std::min(cell_of(offset), cells - 1);
+  }
+  /// offset / cell_, without the slow division of integers: offsets are far below 2^52, so that the product is less
+  /// than one away from the quotient. Precondition: offset >= 0.
+  [[nodiscard]] std::int64_t cell_of(std::int64_t offset) const {
+    const auto cell = static_cast<std::int64_t>(double(offset) * inverse_);
+    const std::int64_t rest = offset - cell * cell_;
+    return rest < 0 ? cell - 1 : (rest >= cell_ ? cell + 1 : cell);
   }
   GridPoint low_;
   std::int64_t cell_ = 1;
+  double inverse_ = 1;  // of cell_
   std::int64_t columns_ = 1;
   std::int64_t rows_ = 1;
 };
@@ -218,6 +251,36 @@ private:
 
 namespace detail {
 
+/// Numbers different points, from 0 on, in the order in which they come.
+class PointNumbers {
+public:
+  /// `most`: how many points are asked for, at most.
+  explicit PointNumbers(std::size_t most) {
+    std::size_t size = 16;
+    while (size < 2 * most) size *= 2;
+    slots_.assign(size, -1);
+  }
+  [[nodiscard]] std::int32_t of(const GridPoint& p) {
+    // The high bits of a product are the well mixed ones.
+    std::size_t slot = (GridHash{}(p)*0x9E3779B97F4A7C15ULL >> 20) & (slots_.size() - 1);
+    for (; slots_[slot] >= 0; slot = (slot + 1) & (slots_.size() - 1))
+      if (points_[static_cast<std::size_t>(slots_[slot])] == p) return slots_[slot];
+    slots_[slot] = static_cast<std::int32_t>(points_.size());
+    points_.push_back(p);
+    return slots_[slot];
+  }
+  [[nodiscard]] const std::vector<GridPoint>& points() const { return points_; }
+
+private:
+  std::vector<std::int32_t> slots_;
+  std::vector<GridPoint> points_;
+};
+
+/// Two numbers as one that sorts like the pair. Precondition: not negative.
+[[nodiscard]] constexpr std::uint64_t packed(std::int32_t a, std::int32_t b) noexcept {
+  return (static_cast<std::uint64_t>(a) << 32) | static_cast<std::uint64_t>(b);
+}
+
 /// Snap rounding in cells of one unit. `poll` is called now and then.
 [[nodiscard]] inline Arrangement snap_round_unit(const std::vector<TaggedSegment>& segments,
                                                  const std::function<void()>& poll = {}) {
@@ -225,19 +288,27 @@ namespace detail {
   Poll listen(poll, 1 << 16);  // items looked at
   Arrangement result;
   std::vector<GridPoint>& hot = result.vertices;
-  hot.reserve(segments.size());
-  for (const TaggedSegment& s : segments) {
-    if (s.from == s.to) continue;
-    hot.push_back(s.from);
-    hot.push_back(s.to);
-  }
   result.segment_chain.assign(segments.size(), -1);
+  std::vector<std::array<std::int32_t, 2>> ends_of(segments.size(), {-1, -1});  // by the index in `hot`
+  {
+    PointNumbers numbers(2 * segments.size());
+    for (std::size_t i = 0; i < segments.size(); ++i)
+      if (segments[i].from != segments[i].to) ends_of[i] = {numbers.of(segments[i].from), numbers.of(segments[i].to)};
+    const std::vector<GridPoint>& points = numbers.points();
+    std::vector<std::int32_t> order(points.size()), rank(points.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::sort(order.begin(), order.end(), [&](std::int32_t u, std::int32_t v) {
+      return points[static_cast<std::size_t>(u)] < points[static_cast<std::size_t>(v)];
+    });
+    hot.reserve(points.size());
+    for (const std::int32_t v : order) {
+      rank[static_cast<std::size_t>(v)] = static_cast<std::int32_t>(hot.size());
+      hot.push_back(points[static_cast<std::size_t>(v)]);
+    }
+    for (auto& ends : ends_of)
+      for (std::int32_t& v : ends) v = v < 0 ? v : rank[static_cast<std::size_t>(v)];
+  }
   if (hot.empty()) return result;
-  const auto make_unique = [&] {
-    std::sort(hot.begin(), hot.end());
-    hot.erase(std::unique(hot.begin(), hot.end()), hot.end());
-  };
-  make_unique();
   GridPoint low = hot.front(), high = hot.front();
   for (const GridPoint& p : hot) {
     low = {std::min(low.x, p.x), std::min(low.y, p.y)};
@@ -247,33 +318,46 @@ namespace detail {
   // Different segments by their ends (direction aside): a segment that stands twice has the same pieces.
   struct Key {
     GridPoint a, b;
-    bool operator<(const Key& o) const { return a != o.a ? a < o.a : b < o.b; }
-    bool operator==(const Key& o) const { return a == o.a && b == o.b; }
   };
   std::vector<Key> keys;
-  keys.reserve(segments.size());
-  for (const TaggedSegment& s : segments)
-    if (s.from != s.to) keys.push_back(s.from < s.to ? Key{s.from, s.to} : Key{s.to, s.from});
-  std::sort(keys.begin(), keys.end());
-  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  std::vector<std::int32_t> key_of(segments.size(), -1);
+  {
+    std::vector<std::pair<std::uint64_t, std::int32_t>> sorted;
+    sorted.reserve(segments.size());
+    for (std::size_t i = 0; i < segments.size(); ++i) {
+      const auto [a, b] = ends_of[i];
+      if (a >= 0) sorted.emplace_back(packed(std::min(a, b), std::max(a, b)), static_cast<std::int32_t>(i));
+    }
+    std::sort(sorted.begin(), sorted.end());
+    for (std::size_t i = 0; i < sorted.size(); ++i) {
+      const auto& [ends, segment] = sorted[i];
+      if (i == 0 || ends != sorted[i - 1].first)
+        keys.push_back({hot[static_cast<std::size_t>(ends >> 32)], hot[static_cast<std::size_t>(ends & 0xFFFFFFFFU)]});
+      key_of[static_cast<std::size_t>(segment)] = static_cast<std::int32_t>(keys.size()) - 1;
+    }
+  }
 
-  const Buckets buckets(low, high, keys.size());
+  double length = 0;
+  for (const Key& s : keys) length += detail::distance(s.a, s.b);
+  const Buckets buckets(low, high, Buckets::for_segments(low, high, keys.size(), length));
   std::vector<std::int32_t> start(buckets.size() + 1, 0), items;
+  std::vector<std::pair<std::size_t, std::int32_t>> cells;
   const auto fill = [&](std::size_t count, auto&& visit) {
     std::fill(start.begin(), start.end(), 0);
+    cells.clear();
     for (std::size_t i = 0; i < count; ++i)
       visit(i, [&](std::size_t cell) {
         ++start[cell + 1];
+        cells.emplace_back(cell, static_cast<std::int32_t>(i));
         listen();
       });
     for (std::size_t c = 1; c < start.size(); ++c) start[c] += start[c - 1];
     items.assign(static_cast<std::size_t>(start.back()), 0);
     std::vector<std::int32_t> next(start.begin(), start.end() - 1);
-    for (std::size_t i = 0; i < count; ++i)
-      visit(i, [&](std::size_t cell) {
-        items[static_cast<std::size_t>(next[cell]++)] = static_cast<std::int32_t>(i);
-        listen();
-      });
+    for (const auto& [cell, i] : cells) {
+      items[static_cast<std::size_t>(next[cell]++)] = i;
+      listen();
+    }
   };
   fill(keys.size(), [&](std::size_t i, auto&& put) { buckets.for_each_on(keys[i].a, keys[i].b, 0, put); });
 
@@ -308,16 +392,17 @@ namespace detail {
     const Key &s = keys[static_cast<std::size_t>(p.i)], &t = keys[static_cast<std::size_t>(p.j)];
     hot.push_back(detail::rounded_crossing(s.a, s.b, t.a, t.b));
   }
-  make_unique();
+  if (!pairs.empty()) {
+    std::sort(hot.begin(), hot.end());
+    hot.erase(std::unique(hot.begin(), hot.end()), hot.end());
+  }
 
   // Lead each segment through the hot cells on its way.
   fill(hot.size(), [&](std::size_t i, auto&& put) { put(buckets.of(hot[i])); });
   struct Piece {
-    std::int32_t a, b, tag, winding;
-    bool operator<(const Piece& o) const {
-      if (a != o.a) return a < o.a;
-      return b != o.b ? b < o.b : tag < o.tag;
-    }
+    std::uint64_t ends;  // the smaller index first
+    std::int32_t tag, winding;
+    bool operator<(const Piece& o) const { return ends != o.ends ? ends < o.ends : tag < o.tag; }
   };
   std::vector<std::int32_t>&chain_start = result.chain_start, &chain = result.chains;
   chain_start.assign(keys.size() + 1, 0);
@@ -335,12 +420,14 @@ namespace detail {
       });
       std::sort(on.begin(), on.end());
       on.erase(std::unique(on.begin(), on.end()), on.end());
-      // By the projection on the segment; the index settles ties, which can only be between cells that touch.
-      std::sort(on.begin(), on.end(), [&](std::int32_t u, std::int32_t v) {
-        const detail::Int128 du = detail::dot(s.a, s.b, hot[static_cast<std::size_t>(u)]);
-        const detail::Int128 dv = detail::dot(s.a, s.b, hot[static_cast<std::size_t>(v)]);
-        return du != dv ? du < dv : u < v;
-      });
+      // Two are the ends, in order. By the projection on the segment; the index settles ties, which can only be between
+      // cells that touch.
+      if (on.size() > 2)
+        std::sort(on.begin(), on.end(), [&](std::int32_t u, std::int32_t v) {
+          const detail::Int128 du = detail::dot(s.a, s.b, hot[static_cast<std::size_t>(u)]);
+          const detail::Int128 dv = detail::dot(s.a, s.b, hot[static_cast<std::size_t>(v)]);
+          return du != dv ? du < dv : u < v;
+        });
       chain.insert(chain.end(), on.begin(), on.end());
       chain_start[k + 1] = static_cast<std::int32_t>(chain.size());
     }
@@ -352,8 +439,7 @@ namespace detail {
     listen();
     if (segment.from == segment.to) continue;
     const bool forward = segment.from < segment.to;
-    const Key key = forward ? Key{segment.from, segment.to} : Key{segment.to, segment.from};
-    const auto k = static_cast<std::size_t>(std::lower_bound(keys.begin(), keys.end(), key) - keys.begin());
+    const auto k = static_cast<std::size_t>(key_of[index]);
     result.segment_chain[index] = forward ? static_cast<std::int32_t>(k) : -2 - static_cast<std::int32_t>(k);
     for (auto i = chain_start[k]; i + 1 < chain_start[k + 1]; ++i) {
       std::int32_t a = chain[static_cast<std::size_t>(i)], b = chain[static_cast<std::size_t>(i + 1)];
@@ -362,16 +448,18 @@ namespace detail {
         std::swap(a, b);
         winding = -winding;
       }
-      pieces.push_back({a, b, segment.tag, winding});
+      pieces.push_back({packed(a, b), segment.tag, winding});
     }
   }
   std::sort(pieces.begin(), pieces.end());
   for (std::size_t i = 0; i < pieces.size();) {
-    Arrangement::Edge edge{pieces[i].a, pieces[i].b, static_cast<std::int32_t>(result.tags.size()), 0};
+    const std::uint64_t ends = pieces[i].ends;
+    Arrangement::Edge edge{static_cast<std::int32_t>(ends >> 32), static_cast<std::int32_t>(ends & 0xFFFFFFFFU),
+                           static_cast<std::int32_t>(result.tags.size()), 0};
     std::size_t j = i;
-    while (j < pieces.size() && pieces[j].a == edge.a && pieces[j].b == edge.b) {
+    while (j < pieces.size() && pieces[j].ends == ends) {
       EdgeTag tag{pieces[j].tag, 0};
-      for (; j < pieces.size() && pieces[j].a == edge.a && pieces[j].b == edge.b && pieces[j].tag == tag.tag; ++j)
+      for (; j < pieces.size() && pieces[j].ends == ends && pieces[j].tag == tag.tag; ++j)
         tag.winding += pieces[j].winding;
       result.tags.push_back(tag);
     }
@@ -411,20 +499,19 @@ struct Attachment {
   std::vector<std::size_t> first_piece;
   pieces.reserve(segments.size());
   std::vector<GridPoint> ends;
+  std::vector<std::array<std::int32_t, 2>> segment_ends;
   const double reach = std::max(attachment.near, attachment.strong_near);
-  std::vector<std::size_t> start, items;
+  std::vector<std::uint32_t> start, items;
   std::size_t weak = 0;
   GridPoint low, high;
+  double length = 0;
   if (reach > 0 && !segments.empty()) {
+    detail::PointNumbers numbers(2 * segments.size());
     for (const TaggedSegment& s : segments) {
-      ends.push_back(s.from);
-      ends.push_back(s.to);
+      length += detail::distance(s.from, s.to);
+      segment_ends.push_back({numbers.of(s.from), numbers.of(s.to)});
     }
-    const auto make_unique = [](std::vector<GridPoint>& points) {
-      std::sort(points.begin(), points.end());
-      points.erase(std::unique(points.begin(), points.end()), points.end());
-    };
-    make_unique(ends);
+    ends = numbers.points();
     weak = ends.size();
     ends.insert(ends.end(), attachment.strong.begin(), attachment.strong.end());
     low = high = ends.front();
@@ -433,35 +520,43 @@ struct Attachment {
       high = {std::max(high.x, p.x), std::max(high.y, p.y)};
     }
   }
-  const Buckets buckets(low, high, ends.size());
+  const Buckets buckets(low, high, Buckets::for_segments(low, high, ends.size(), length));
   if (!ends.empty()) {
     start.assign(buckets.size() + 1, 0);
     for (const GridPoint& p : ends) ++start[buckets.of(p) + 1];
     for (std::size_t c = 1; c < start.size(); ++c) start[c] += start[c - 1];
     items.resize(ends.size());
-    std::vector<std::size_t> next(start.begin(), start.end() - 1);
-    for (std::size_t i = 0; i < ends.size(); ++i) items[next[buckets.of(ends[i])]++] = i;
+    std::vector<std::uint32_t> next(start.begin(), start.end() - 1);
+    for (std::size_t i = 0; i < ends.size(); ++i) items[next[buckets.of(ends[i])]++] = static_cast<std::uint32_t>(i);
   }
   // What is a segment of the others already keeps to itself: near it are other parts of theirs.
-  std::vector<std::pair<GridPoint, GridPoint>> others;
-  const auto ends_of = [](const TaggedSegment& s) { return std::pair(std::min(s.from, s.to), std::max(s.from, s.to)); };
-  if (!attachment.strong.empty()) {
-    for (const TaggedSegment& s : segments)
-      if (s.tag >= attachment.strong_tags) others.push_back(ends_of(s));
+  std::vector<std::uint64_t> others;
+  const auto ends_of = [&](std::size_t s) {
+    const auto [a, b] = segment_ends[s];
+    return detail::packed(std::min(a, b), std::max(a, b));
+  };
+  if (!attachment.strong.empty() && !ends.empty()) {
+    for (std::size_t s = 0; s < segments.size(); ++s)
+      if (segments[s].tag >= attachment.strong_tags) others.push_back(ends_of(s));
     std::sort(others.begin(), others.end());
   }
   const auto scaled = [](const GridPoint& p) { return GridPoint{p.x / kContourStep, p.y / kContourStep}; };
   std::vector<std::size_t> on;
-  for (const TaggedSegment& s : segments) {
+  for (std::size_t index = 0; index < segments.size(); ++index) {
+    const TaggedSegment& s = segments[index];
     first_piece.push_back(pieces.size());
     on.clear();
     if (!ends.empty() && s.from != s.to) {
       const bool weak_only =
-          s.tag >= attachment.strong_tags || std::binary_search(others.begin(), others.end(), ends_of(s));
-      buckets.for_each_on(s.from, s.to, static_cast<std::int64_t>(reach) + 1, [&](std::size_t cell) {
+          s.tag >= attachment.strong_tags || std::binary_search(others.begin(), others.end(), ends_of(index));
+      const auto pad = static_cast<std::int64_t>(reach) + 1;
+      const GridPoint box_low{std::min(s.from.x, s.to.x) - pad, std::min(s.from.y, s.to.y) - pad};
+      const GridPoint box_high{std::max(s.from.x, s.to.x) + pad, std::max(s.from.y, s.to.y) + pad};
+      buckets.for_each_on(s.from, s.to, pad, [&](std::size_t cell) {
         listen(start[cell + 1] - start[cell] + 1);
         for (std::size_t i = start[cell]; i < start[cell + 1]; ++i) {
           const GridPoint& p = ends[items[i]];
+          if (p.x < box_low.x || p.x > box_high.x || p.y < box_low.y || p.y > box_high.y) continue;
           if (p == s.from || p == s.to) continue;
           const bool is_strong = items[i] >= weak;
           if (is_strong && weak_only) continue;
@@ -496,10 +591,13 @@ struct Attachment {
   for (std::size_t s = 0; s < segments.size(); ++s) {
     bool any = false;
     for (std::size_t p = first_piece[s]; p < first_piece[s + 1]; ++p) {
-      const std::vector<std::int32_t> path = result.path(p);
-      listen(path.size() + 1);
-      if (path.empty()) continue;
-      chained.chains.insert(chained.chains.end(), path.begin() + (any ? 1 : 0), path.end());
+      const std::int32_t k = result.segment_chain[p];
+      if (k == -1) continue;
+      const auto c = static_cast<std::size_t>(k >= 0 ? k : -2 - k);
+      const std::int32_t begin = result.chain_start[c], end = result.chain_start[c + 1];
+      listen(static_cast<std::size_t>(end - begin) + 1);
+      for (std::int32_t i = any ? 1 : 0; i < end - begin; ++i)  // from its first vertex, or the one after it
+        chained.chains.push_back(result.chains[static_cast<std::size_t>(k >= 0 ? begin + i : end - 1 - i)]);
       any = true;
     }
     chained.segment_chain.push_back(any ? static_cast<std::int32_t>(chained.chain_start.size()) - 1 : -1);

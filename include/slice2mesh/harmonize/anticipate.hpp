@@ -60,11 +60,7 @@ private:
 /// called now and then.
 inline void anticipate(Outline& outline, const SegmentIndex* below, SlabsAhead& ahead, std::size_t s, double width,
                        double reach, const std::function<void()>& poll = {}) {
-  std::vector<std::vector<std::int32_t>> edges_at(outline.vertices.size());
-  for (std::size_t e = 0; e < outline.edges.size(); ++e) {
-    edges_at[std::size_t(outline.edges[e].a)].push_back(std::int32_t(e));
-    edges_at[std::size_t(outline.edges[e].b)].push_back(std::int32_t(e));
-  }
+  EdgesAt edges_at(outline);
   // Does the segment run the same way as one of the edges at v, with the same regions?
   const auto matches = [&](std::size_t v, const Outline& other, std::size_t segment) {
     const Outline::Edge& f = other.edges[segment];

@@ -59,7 +59,7 @@ inline void attach_vertices(Outline& outline, std::int32_t regions, const std::f
     Attachment attachment;
     attachment.near = kBeside;
     const Arrangement arrangement = snap_round(segments, attachment, poll);
-    const ArrangementFaces faces = find_faces(arrangement, triangulate(arrangement, poll), poll);
+    const ArrangementFaces faces = find_faces(arrangement, poll);
     std::vector<std::int32_t> label(faces.windings.size(), kNone);
     for (std::size_t f = 0; f < label.size(); ++f)
       for (const EdgeTag& tag : faces.windings[f])

@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <unordered_map>
 #include <utility>
@@ -55,6 +56,8 @@ public:
       listen(outline.edges.size() + 1);
       sheets_.emplace_back(outline);
     }
+    find_places(listen);
+    make_panels(listen);
   }
 
   /// Merges until nothing more can be merged, or a number of rounds is over, then moves apart. `changed` (#S) tells the
@@ -93,35 +96,22 @@ private:
 
   /// The contour of one slab while it changes.
   struct Sheet {
-    explicit Sheet(Outline& o)
-        : outline(o), start(o), edges_at(o.vertices.size()), alive(o.edges.size(), 1), found(o.edges.size(), 0),
-          drift(o.vertices.size(), 0) {
-      place.reserve(o.vertices.size());
-      for (std::size_t v = 0; v < o.vertices.size(); ++v) place.emplace(o.vertices[v], std::int32_t(v));
+    explicit Sheet(Outline& o) : outline(o), edges_at(o.vertices.size()), alive(o.edges.size(), 1) {
       for (std::size_t e = 0; e < o.edges.size(); ++e) {
         edges_at[std::size_t(o.edges[e].a)].push_back(std::int32_t(e));
         edges_at[std::size_t(o.edges[e].b)].push_back(std::int32_t(e));
       }
     }
     Outline& outline;
-    SegmentIndex start;                               // edges where they were at first
     std::vector<std::vector<std::int32_t>> edges_at;  // #V
     std::vector<char> alive;                          // #E
-    std::vector<std::uint32_t> found;                 // #E: by which search
-    std::uint32_t search = 0;                         // the last one
-    double farthest = 0;                              // of all drifts
-    std::vector<double> drift;                        // #V: how far the ends of edges at a vertex have come
-    std::unordered_map<GridPoint, std::int32_t, GridHash> place;
+    std::vector<std::int32_t> below;                  // #V: the vertex in the same place of the slab below, at first
     std::unique_ptr<SliceNearness> slice;
 
     [[nodiscard]] const GridPoint& point(std::int32_t v) const { return outline.vertices[std::size_t(v)]; }
     [[nodiscard]] std::int32_t other_end(std::int32_t e, std::int32_t v) const {
       const Outline::Edge& edge = outline.edges[std::size_t(e)];
       return edge.a == v ? edge.b : edge.a;
-    }
-    [[nodiscard]] std::int32_t at(const GridPoint& p) const {
-      const auto it = place.find(p);
-      return it == place.end() ? kNone : it->second;
     }
     [[nodiscard]] std::int32_t edge_between(std::int32_t v, std::int32_t w) const {
       for (const std::int32_t e : edges_at[std::size_t(v)])
@@ -144,20 +134,155 @@ private:
     GridPoint v, w;
   };
 
-  /// What happens in one slab: the vertices that move (kNone: not there).
+  /// What happens in one slab: the vertices that move (kNone: not there), and how far the ends of edges there have
+  /// come.
   struct Step {
     std::size_t slab;
     std::int32_t v, w;
+    double drift_v, drift_w;
   };
 
   [[nodiscard]] bool stacked(std::size_t s) const {  // on the slab below
     return s > 0 && s < slabs_.size() && slabs_[s - 1].z_high == slabs_[s].z_low;
   }
 
+  /// A vertex of one slab, and how far the ends of edges there have come.
+  struct Standing {
+    std::size_t slab;
+    std::int32_t vertex;
+    double drift;
+  };
+  /// What stands in one place: vertices, by slab, and the panels that end there.
+  struct Place {
+    std::vector<Standing> standing;
+    std::vector<std::int32_t> panels;
+  };
+  /// An edge with the same place in consecutive slabs. What it is asked about is the same in all of them, and their
+  /// columns move as a whole: so does the panel.
+  struct Panel {
+    GridPoint a, b;
+    std::int32_t first, last;  // slabs
+  };
+  /// A panel that ends in the column in question, from there to x. `alone`: in one of its slabs the pair of columns
+  /// that is to be merged is not there as a whole.
+  struct Moving {
+    std::int32_t panel;
+    GridPoint p, x;
+    bool alone;
+  };
+  /// Does another panel stand in slabs of a panel, or in slabs next to one of them? Both may be.
+  struct Beneath {
+    bool same_slab, next_slab;
+  };
+
+  void find_places(Poll& listen) {
+    std::size_t most = 0;
+    for (const Sheet& sheet : sheets_) most = std::max(most, sheet.outline.vertices.size());
+    places_.reserve(8 * most);
+    for (std::size_t s = 0; s < sheets_.size(); ++s) {
+      Sheet& sheet = sheets_[s];
+      sheet.below.assign(sheet.outline.vertices.size(), kNone);
+      for (std::size_t v = 0; v < sheet.below.size(); ++v) {
+        listen();
+        std::vector<Standing>& standing = places_[sheet.outline.vertices[v]].standing;
+        if (stacked(s) && !standing.empty() && standing.back().slab == s - 1) sheet.below[v] = standing.back().vertex;
+        standing.push_back({s, std::int32_t(v), 0});
+      }
+    }
+  }
+  void make_panels(Poll& listen) {
+    std::vector<std::int32_t> below, here;  // the panel of each edge
+    for (std::size_t s = 0; s < sheets_.size(); ++s) {
+      const Sheet& sheet = sheets_[s];
+      std::swap(below, here);
+      here.assign(sheet.outline.edges.size(), kNone);
+      for (std::size_t e = 0; e < sheet.outline.edges.size(); ++e) {
+        listen();
+        const GridPoint &a = sheet.point(sheet.outline.edges[e].a), &b = sheet.point(sheet.outline.edges[e].b);
+        std::int32_t& panel = here[e];
+        if (stacked(s)) {  // goes on from below, with the same direction
+          const std::int32_t v = sheet.below[std::size_t(sheet.outline.edges[e].a)],
+                             w = v != kNone ? sheet.below[std::size_t(sheet.outline.edges[e].b)] : kNone;
+          const std::int32_t f = w != kNone ? sheets_[s - 1].edge_between(v, w) : kNone;
+          if (f != kNone && sheets_[s - 1].outline.edges[std::size_t(f)].a == v) panel = below[std::size_t(f)];
+        }
+        if (panel != kNone) {
+          panels_[std::size_t(panel)].last = std::int32_t(s);
+          continue;
+        }
+        panel = std::int32_t(panels_.size());
+        panels_.push_back({a, b, std::int32_t(s), std::int32_t(s)});
+      }
+    }
+    GridPoint low, high;
+    if (!panels_.empty()) low = high = panels_.front().a;
+    for (const Panel& panel : panels_)
+      for (const GridPoint& p : {panel.a, panel.b}) {
+        low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+        high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+      }
+    // Contours are lines in an area, so most cells are empty: they can be small.
+    constexpr std::size_t kCells = 4;  // per panel
+    buckets_ = Buckets(low, high, kCells * panels_.size());
+    bucket_.assign(buckets_.size(), {kNone, 0});
+    found_.assign(panels_.size(), 0);
+    // What stands together is looked at together.
+    std::stable_sort(panels_.begin(), panels_.end(),
+                     [&](const Panel& p, const Panel& q) { return buckets_.of(p.a) < buckets_.of(q.a); });
+    for (std::size_t k = 0; k < panels_.size(); ++k) {
+      listen();
+      for (const GridPoint& p : {panels_[k].a, panels_[k].b}) places_[p].panels.push_back(std::int32_t(k));
+      put_panel(std::int32_t(k));
+    }
+    // Entries of a bucket one after the other.
+    std::vector<Entry> sorted;
+    sorted.reserve(entries_.size());
+    for (Bucket& bucket : bucket_) {
+      std::int32_t i = bucket.first;
+      if (i != kNone) bucket.first = std::int32_t(sorted.size());
+      for (; i != kNone; i = entries_[std::size_t(i)].next) {
+        listen();
+        sorted.push_back(entries_[std::size_t(i)]);
+        if (sorted.back().next != kNone) sorted.back().next = std::int32_t(sorted.size());
+      }
+    }
+    entries_ = std::move(sorted);
+  }
+  /// Puts a panel where it stands now. Where it stood before it is still found, and looked at in vain.
+  void put_panel(std::int32_t k) {
+    const Panel& panel = panels_[std::size_t(k)];
+    buckets_.for_each_on(panel.a, panel.b, 0, [&](std::size_t bucket) {
+      looked();
+      std::int32_t& first = bucket_[bucket].first;
+      for (std::int32_t i = first; i != kNone; i = entries_[std::size_t(i)].next)
+        if (entries_[std::size_t(i)].panel == k) return;
+      entries_.push_back({k, first, panel.first, panel.last});
+      first = std::int32_t(entries_.size()) - 1;
+    });
+  }
+  /// The vertex of a slab at a place, or kNone.
+  [[nodiscard]] std::int32_t at(std::size_t slab, const GridPoint& p) const {
+    const auto it = places_.find(p);
+    return it == places_.end() ? kNone : at(slab, it->second.standing);
+  }
+  [[nodiscard]] static std::int32_t at(std::size_t slab, const std::vector<Standing>& standing) {
+    const auto it = first_from(slab, standing);
+    return it != standing.end() && it->slab == slab ? it->vertex : kNone;
+  }
+  [[nodiscard]] const Place& place_of(const GridPoint& p) const {
+    const auto it = places_.find(p);
+    return it == places_.end() ? nowhere_ : it->second;
+  }
+  [[nodiscard]] static std::vector<Standing>::const_iterator first_from(std::size_t slab,
+                                                                        const std::vector<Standing>& standing) {
+    return std::lower_bound(standing.begin(), standing.end(), slab,
+                            [](const Standing& one, std::size_t s) { return one.slab < s; });
+  }
+
   [[nodiscard]] std::vector<Candidate> close_pairs(const std::function<void()>& poll) const {
     std::vector<Candidate> result;
     const auto reach = std::int64_t(std::ceil(limits_.near));
-    std::vector<std::pair<GridPoint, std::int32_t>> below, above;  // vertices in use, sorted
+    std::vector<std::pair<GridPoint, std::int32_t>> below, above, gone, come;  // vertices in use, sorted
     const auto fill = [&](std::size_t s, auto& list) {
       list.clear();
       const Sheet& sheet = sheets_[s];
@@ -175,22 +300,29 @@ private:
         if (d >= limits_.near) continue;
         if (q < p) std::swap(p, q);
         if (stacked(s)) {  // once for the lowest slab that has both
-          const std::int32_t v = sheets_[s - 1].at(p), w = sheets_[s - 1].at(q);
+          const std::int32_t v = at(s - 1, p), w = at(s - 1, q);
           if (v != kNone && w != kNone && sheets_[s - 1].edge_between(v, w) != kNone) continue;
         }
         result.push_back({d, s, p, q});
       }
       fill(s, above);
       if (stacked(s)) {
-        for (const auto& item : above) {
+        // Those that the other slab does not have.
+        const auto is_before = [](const auto& a, const auto& b) { return a.first < b.first; };
+        gone.clear();
+        come.clear();
+        std::set_difference(below.begin(), below.end(), above.begin(), above.end(), std::back_inserter(gone),
+                            is_before);
+        std::set_difference(above.begin(), above.end(), below.begin(), below.end(), std::back_inserter(come),
+                            is_before);
+        for (const auto& item : come) {
           const GridPoint& w = item.first;
-          if (sheets_[s - 1].at(w) != kNone) continue;
-          for (auto it = std::lower_bound(below.begin(), below.end(), GridPoint{w.x - reach, INT64_MIN},
+          for (auto it = std::lower_bound(gone.begin(), gone.end(), GridPoint{w.x - reach, INT64_MIN},
                                           [](const auto&a, const GridPoint&b) { return a.first < b; });
-               it != below.end() && it->first.x <= w.x + reach; ++it) {
+               it != gone.end() && it->first.x <= w.x + reach; ++it) {
             looked();
             const double d = distance(it->first, w);
-            if (d < limits_.near && sheet.at(it->first) == kNone) result.push_back({d, s - 1, it->first, w});
+            if (d < limits_.near) result.push_back({d, s - 1, it->first, w});
           }
         }
       }
@@ -205,21 +337,23 @@ private:
   }
 
   bool merge(const Candidate& c, std::vector<char>& changed) {
-    if (!find_steps(c.slab, c.v, &c.w)) return false;
-    bool both = false;
+    const Place &at_v = place_of(c.v), &at_w = place_of(c.w);
+    if (!find_steps(c.slab, at_v, at_w)) return false;
+    std::int32_t both = 0;
     for (const Step& step : steps_) {
       if (frozen_[step.slab]) return false;
-      const Sheet& sheet = sheets_[step.slab];
-      if (step.v == kNone || step.w == kNone) continue;
-      both = true;
-      if (sheet.edge_between(step.v, step.w) == kNone) return false;
-      // What they have as a common neighbor would lose its triangle.
-      for (const std::int32_t e : sheet.edges_at[std::size_t(step.v)]) {
-        const std::int32_t x = sheet.other_end(e, step.v);
-        if (x != step.w && sheet.edge_between(x, step.w) != kNone) return false;
-      }
+      if (step.v != kNone && step.w != kNone) ++both;
     }
-    if (!both) {
+    find_moving(c.v, at_v, c.w, at_w);
+    // Where both are there, an edge joins them.
+    for (const std::int32_t k : between_) both -= panels_[std::size_t(k)].last - panels_[std::size_t(k)].first + 1;
+    if (both != 0) return false;
+    // What they have as a common neighbor would lose its triangle.
+    for (const Moving& m : moving_)
+      for (const Moving& n : moving_)
+        if (m.p != n.p && m.x == n.x && beneath(panels_[std::size_t(m.panel)], panels_[std::size_t(n.panel)]).same_slab)
+          return false;
+    if (between_.empty()) {
       // A pair of neighboring slabs that something else has changed meanwhile.
       bool v_there = false, w_there = false;
       for (const Step& step : steps_) {
@@ -229,13 +363,14 @@ private:
       if (!v_there || !w_there) return false;
     }
     clearance_ = std::min(limits_.clearance, kClearer * c.distance);
+    reach_near_ = c.distance;
     std::array<std::pair<double, GridPoint>, 3> targets{
         {{0, c.v}, {0, c.w}, {0, contour_point_between(c.v, c.w, 0.5)}}};
     for (auto& target : targets) target.first = change(target.second);
     std::stable_sort(targets.begin(), targets.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     for (const auto& target : targets) {
       if (target.first > limits_.deviation || !possible(c, target.second)) continue;
-      apply(target.second);
+      apply(c, target.second);
       for (const Step& step : steps_) changed[step.slab] = 1;
       return true;
     }
@@ -254,14 +389,14 @@ private:
   /// Columns that are nearer than `apart` to another vertex or an edge, the nearest first.
   [[nodiscard]] std::vector<Close> close_columns() {
     std::vector<Close> result;
-    for (std::size_t s = 0; s < sheets_.size(); ++s) {
-      const Sheet& sheet = sheets_[s];
-      for (std::size_t v = 0; v < sheet.edges_at.size(); ++v) {
+    for (const auto& [p, place] : places_) {  // in any order
+      for (std::size_t i = 0; i < place.standing.size(); ++i) {
         looked();
-        if (sheet.edges_at[v].empty()) continue;
-        const GridPoint p = sheet.point(std::int32_t(v));
-        if (stacked(s) && sheets_[s - 1].at(p) != kNone) continue;  // once, for the lowest slab
-        if (!find_column(s, p)) continue;
+        const std::size_t s = place.standing[i].slab;
+        if (i > 0 && place.standing[i - 1].slab + 1 == s && stacked(s)) continue;  // once, for the lowest slab
+        if (!find_column(s, place)) continue;
+        find_moving(p, place, p, nowhere_);
+        find_near(limits_.apart);
         find_beside(p, 0);
         const double gap = gap_at(p, 0);
         if (gap < limits_.apart) result.push_back({gap, s, p});
@@ -279,14 +414,23 @@ private:
     if (!(apart > 0)) return moved;
     std::vector<std::pair<double, GridPoint>> places;
     std::vector<Close> stuck;
+    std::array<std::array<double, 2>, kSpreadDirections> directions{};
+    for (int d = 0; d < kSpreadDirections; ++d) {
+      const double angle = 2 * kPi * d / kSpreadDirections;
+      directions[std::size_t(d)] = {std::cos(angle), std::sin(angle)};
+    }
     for (const Close& c : close_columns()) {
       looked(16);
       // As near as when no place was found for it: most likely nothing has moved there since.
       if (std::binary_search(stuck_.begin(), stuck_.end(), c)) continue;
-      if (!find_column(c.slab, c.p)) continue;
+      const Place& place_c = place_of(c.p);
+      if (!find_column(c.slab, place_c)) continue;
       const bool corner = find_walls();
       if (walls_stay && corner) continue;
-      find_beside(c.p, apart + double(kContourStep));  // places are rounded to steps
+      find_moving(c.p, place_c, c.p, nowhere_);
+      reach_near_ = apart + double(kContourStep);  // places are rounded to steps
+      find_all_near();
+      find_beside(c.p, reach_near_);
       const double gap = gap_at(c.p, 0), least = gap + kSpreadGain * apart;
       if (gap >= apart) continue;
       places.clear();
@@ -308,18 +452,19 @@ private:
           offer_at(-x, -y);
         }
         for (int d = 0; d < kSpreadDirections && (walls_.empty() || !walls_stay); ++d) {
-          const double angle = 2 * kPi * d / kSpreadDirections;
-          offer_at(std::cos(angle), std::sin(angle));
+          const auto& [x, y] = directions[std::size_t(d)];
+          offer_at(x, y);
         }
       }
       for (const GridPoint& q : feet(c.p)) offer(q);
       std::sort(places.begin(), places.end());
       clearance_ = gap;
+      const Candidate column{gap, c.slab, c.p, c.p};
       bool stays = true;
       for (const auto& place : places) {
         const GridPoint& q = place.second;
-        if (change(q) > limits_.deviation || !possible({gap, c.slab, c.p, c.p}, q)) continue;
-        apply(q);
+        if (change(q) > limits_.deviation || !possible(column, q)) continue;
+        apply(column, q);
         for (const Step& step : steps_) changed[step.slab] = 1;
         ++moved;
         stays = false;
@@ -340,6 +485,7 @@ private:
       if (edges.size() != 2) return true;
       const GridPoint &a = sheet.point(sheet.other_end(edges[0], step.v)),
                       &b = sheet.point(sheet.other_end(edges[1], step.v));
+      if (!walls_.empty() && walls_.back()[0] == a && walls_.back()[1] == b) continue;  // as in the slab before
       const ContourShape shape = contour_shape(sheet.point(step.v), a, b);
       if (shape == ContourShape::Corner) return true;
       if (shape == ContourShape::Straight) walls_.push_back({a, b});
@@ -350,61 +496,155 @@ private:
     return std::all_of(walls_.begin(), walls_.end(),
                        [&](const auto& wall) { return line_distance(q, wall[0], wall[1]) <= kOnLine; });
   }
-  /// Finds the slabs that have v, or w if it is given, or both: from `slab` up and down. False if `slab` has neither.
-  bool find_steps(std::size_t slab, const GridPoint& v, const GridPoint* w) {
+  /// Finds the slabs that have v, or w, or both: from `slab` up and down. False if `slab` has neither.
+  bool find_steps(std::size_t slab, const Place& v, const Place& w) {
     steps_.clear();
-    const auto add = [&](std::size_t s) {
-      const Step step{s, sheets_[s].at(v), w != nullptr ? sheets_[s].at(*w) : kNone};
-      if (step.v == kNone && step.w == kNone) return false;
-      steps_.push_back(step);
+    const std::vector<Standing>&at_v = v.standing, &at_w = w.standing;
+    const auto from_v = first_from(slab, at_v), from_w = first_from(slab, at_w);
+    const auto add = [&](std::size_t s, const Standing* here_v, const Standing* here_w) {
+      if (here_v == nullptr && here_w == nullptr) return false;
+      steps_.push_back({s, here_v != nullptr ? here_v->vertex : kNone, here_w != nullptr ? here_w->vertex : kNone,
+                        here_v != nullptr ? here_v->drift : 0, here_w != nullptr ? here_w->drift : 0});
       return true;
     };
-    if (!add(slab)) return false;
-    for (std::size_t s = slab; stacked(s) && add(s - 1); --s) {
+    const auto up = [&](std::size_t s, auto& i, auto& j) {
+      const bool has_v = i != at_v.end() && i->slab == s, has_w = j != at_w.end() && j->slab == s;
+      const bool added = add(s, has_v ? &*i : nullptr, has_w ? &*j : nullptr);
+      if (has_v) ++i;
+      if (has_w) ++j;
+      return added;
+    };
+    auto i = from_v, j = from_w;
+    if (!up(slab, i, j)) return false;
+    auto k = from_v, l = from_w;  // those above are next
+    for (std::size_t s = slab; stacked(s); --s) {
+      const bool has_v = k != at_v.begin() && std::prev(k)->slab == s - 1,
+                 has_w = l != at_w.begin() && std::prev(l)->slab == s - 1;
+      if (has_v) --k;
+      if (has_w) --l;
+      if (!add(s - 1, has_v ? &*k : nullptr, has_w ? &*l : nullptr)) break;
     }
-    for (std::size_t s = slab + 1; stacked(s) && add(s); ++s) {
+    for (std::size_t s = slab + 1; stacked(s) && up(s, i, j); ++s) {
     }
     return true;
   }
-  /// Finds the steps of the column at p, which stands in `slab` and others. False if there is none, or it may not move.
-  bool find_column(std::size_t slab, const GridPoint& p) {
-    return find_steps(slab, p, nullptr) && std::none_of(steps_.begin(), steps_.end(), [&](const Step& step) {
-             return frozen_[step.slab] != 0 || sheets_[step.slab].edges_at[std::size_t(step.v)].size() > kMostEdges;
-           });
+  /// Finds the steps of the column in a place, which stands in `slab` and others. False if there is none, or it may not
+  /// move.
+  bool find_column(std::size_t slab, const Place& place) {
+    if (!find_steps(slab, place, nowhere_)) return false;
+    const bool may_be_crowded = place.panels.size() > kMostEdges;
+    return std::none_of(steps_.begin(), steps_.end(), [&](const Step& step) {
+      return frozen_[step.slab] != 0 ||
+             (may_be_crowded && sheets_[step.slab].edges_at[std::size_t(step.v)].size() > kMostEdges);
+    });
   }
+  /// Finds the panels at the column, or pair of columns, that `find_steps` was called for, and the ones between them.
+  void find_moving(const GridPoint& v, const Place& at_v, const GridPoint& w, const Place& at_w) {
+    moving_.clear();
+    between_.clear();
+    near_.clear();
+    doubtful_ = 0;
+    std::size_t lowest = steps_.front().slab;  // of the slabs, which follow each other
+    for (const Step& step : steps_) lowest = std::min(lowest, step.slab);
+    lone_.assign(steps_.size() + 1, 0);
+    for (const Step& step : steps_) lone_[step.slab - lowest + 1] = step.v == kNone || step.w == kNone ? 1 : 0;
+    for (std::size_t i = 1; i < lone_.size(); ++i) lone_[i] += lone_[i - 1];
+    lowest_ = std::int32_t(lowest);
+    const std::int32_t first = lowest_, last = first + std::int32_t(steps_.size()) - 1;
+    const auto add = [&](const GridPoint& p, const Place& place, const GridPoint& other) {
+      for (const std::int32_t k : place.panels) {
+        looked();
+        const Panel& panel = panels_[std::size_t(k)];
+        if (panel.last < first || panel.first > last) continue;
+        const GridPoint& x = panel.a == p ? panel.b : panel.a;
+        if (x != other) {
+          moving_.push_back(
+              {k, p, x, lone_[std::size_t(panel.last - first) + 1] > lone_[std::size_t(panel.first - first)]});
+        } else if (p == v) {
+          between_.push_back(k);
+        }
+      }
+    };
+    add(v, at_v, w);
+    add(w, at_w, v);
+  }
+  /// Finds the panels that may matter where the column moves by up to `reach_near_`: for the
+  /// distances that `apart` and `clearance` limit, and for what the slice is near to.
+  void find_all_near() {
+    // Parts of a slice count that are up to half a piece farther from the old edges than `most`, and the edges within
+    // `most` of them.
+    find_near(std::max(std::max(limits_.apart, clearance_) + reach_near_, (2 + kResolution) * limits_.most));
+  }
+  /// Finds the panels that are nearer than `reach` to an edge of the column (and others).
+  void find_near(double reach) {
+    near_.clear();
+    ++search_;
+    const auto pad = std::int64_t(std::ceil(reach)) + kContourStep;  // places are rounded to steps
+    const std::int32_t first = lowest_ - 1, last = lowest_ + std::int32_t(steps_.size());  // and the slabs next to them
+    const auto box_of = [&](const GridPoint& p, const GridPoint& x) {
+      return std::array<GridPoint, 2>{GridPoint{std::min(p.x, x.x) - pad, std::min(p.y, x.y) - pad},
+                                      GridPoint{std::max(p.x, x.x) + pad, std::max(p.y, x.y) + pad}};
+    };
+    boxes_.clear();
+    for (const Moving& m : moving_) boxes_.push_back(box_of(m.p, m.x));
+    for (const std::int32_t k : between_)
+      boxes_.push_back(box_of(panels_[std::size_t(k)].a, panels_[std::size_t(k)].b));
+    const auto search = [&](const GridPoint& p, const GridPoint& x) {
+      buckets_.for_each_on(p, x, pad, [&](std::size_t bucket) {
+        if (bucket_[bucket].found == search_) return;
+        bucket_[bucket].found = search_;
+        std::size_t count = 1;
+        for (std::int32_t i = bucket_[bucket].first; i != kNone; i = entries_[std::size_t(i)].next) {
+          ++count;
+          const Entry& entry = entries_[std::size_t(i)];
+          if (entry.last < first || entry.first > last) continue;
+          if (found_[std::size_t(entry.panel)] >= search_) continue;
+          found_[std::size_t(entry.panel)] = search_;
+          const Panel& panel = panels_[std::size_t(entry.panel)];
+          const auto [low_x, high_x] = std::minmax(panel.a.x, panel.b.x);
+          const auto [low_y, high_y] = std::minmax(panel.a.y, panel.b.y);
+          for (const auto& [low, high] : boxes_) {
+            if (high_x < low.x || low_x > high.x || high_y < low.y || low_y > high.y) continue;
+            near_.push_back(panel);
+            break;
+          }
+        }
+        looked(count);
+      });
+    };
+    for (const Moving& m : moving_) search(m.p, m.x);
+    for (const std::int32_t k : between_) search(panels_[std::size_t(k)].a, panels_[std::size_t(k)].b);
+  }
+  [[nodiscard]] Beneath beneath(const Panel& panel, const Panel& other) const {
+    const auto meets = [&](std::int32_t first, std::int32_t last) {
+      return std::max(first, other.first) <= std::min(last, other.last);
+    };
+    const bool below = stacked(std::size_t(panel.first)), above = stacked(std::size_t(panel.last) + 1);
+    return {meets(panel.first, panel.last), meets(panel.first - (below ? 1 : 0), panel.last - 1) ||
+                                                meets(panel.first + 1, panel.last + (above ? 1 : 0))};
+  }
+
   /// An edge uw that is near an edge of the column in question, from its vertex to x.
   struct Beside {
     GridPoint x, u, w;
-    bool same_slab;
+    Beneath beneath;
   };
   /// Finds what may be nearer than `apart` to the column at p, or to its edges, while it is within `radius` of p: edges
-  /// of its slabs and of those next to them that do not end in p.
+  /// of its slabs and of those next to them that do not end in p. Needs `find_near`.
   void find_beside(const GridPoint& p, double radius) {
     beside_.clear();
     const auto near = std::int64_t(std::ceil(limits_.apart + radius));
-    for (const Step& step : steps_) {
-      const Sheet& sheet = sheets_[step.slab];
-      for (const std::int32_t e : sheet.edges_at[std::size_t(step.v)]) {
-        const GridPoint x = sheet.point(sheet.other_end(e, step.v));
-        const GridPoint low{std::min(p.x, x.x) - near, std::min(p.y, x.y) - near};
-        const GridPoint high{std::max(p.x, x.x) + near, std::max(p.y, x.y) + near};
-        const std::size_t first = stacked(step.slab) ? step.slab - 1 : step.slab;
-        const std::size_t last = stacked(step.slab + 1) ? step.slab + 1 : step.slab;
-        for (std::size_t s = first; s <= last; ++s) {
-          Sheet& other = sheets_[s];
-          ++other.search;
-          const auto pad = std::int64_t(std::ceil(limits_.apart + radius + other.farthest)) + 1;
-          other.start.for_each_near(p, x, pad, [&](std::size_t f) {
-            looked();
-            if (!other.alive[f] || other.found[f] == other.search) return;
-            other.found[f] = other.search;
-            const GridPoint &u = other.point(other.outline.edges[f].a), &w = other.point(other.outline.edges[f].b);
-            if (u == p || w == p) return;
-            if (std::max(u.x, w.x) < low.x || std::min(u.x, w.x) > high.x) return;
-            if (std::max(u.y, w.y) < low.y || std::min(u.y, w.y) > high.y) return;
-            beside_.push_back({x, u, w, s == step.slab});
-          });
-        }
+    for (const Moving& m : moving_) {
+      const GridPoint low{std::min(p.x, m.x.x) - near, std::min(p.y, m.x.y) - near};
+      const GridPoint high{std::max(p.x, m.x.x) + near, std::max(p.y, m.x.y) + near};
+      looked(near_.size());
+      for (const Panel& other : near_) {
+        const GridPoint &u = other.a, &w = other.b;
+        if (u == p || w == p) continue;
+        if (std::max(u.x, w.x) < low.x || std::min(u.x, w.x) > high.x) continue;
+        if (std::max(u.y, w.y) < low.y || std::min(u.y, w.y) > high.y) continue;
+        const Beneath slabs = beneath(panels_[std::size_t(m.panel)], other);
+        if (slabs.same_slab || slabs.next_slab) beside_.push_back({m.x, u, w, slabs});
       }
     }
   }
@@ -415,16 +655,12 @@ private:
     constexpr double kOn = kAttachSteps * double(kContourStep);
     double gap = limits_.apart;
     looked(beside_.size());
-    for (const Step& step : steps_) {
-      const Sheet& sheet = sheets_[step.slab];
-      for (const std::int32_t e : sheet.edges_at[std::size_t(step.v)])
-        gap = std::min(gap, distance(q, sheet.point(sheet.other_end(e, step.v))));
-    }
+    for (const Moving& m : moving_) gap = std::min(gap, distance(q, m.x));
     for (std::size_t i = 0; i < beside_.size(); ++i) {
       if (gap < floor) break;
       const Beside b = beside_[i];
       const auto apart = [&](double d) {
-        if (d < gap && (b.same_slab || d > kOn)) gap = d;
+        if (d < gap && (b.beneath.same_slab || d > kOn)) gap = d;
       };
       const auto near = std::int64_t(gap) + 1;
       if (std::max(b.u.x, b.w.x) < std::min(q.x, b.x.x) - near || std::min(b.u.x, b.w.x) > std::max(q.x, b.x.x) + near)
@@ -432,7 +668,7 @@ private:
       if (std::max(b.u.y, b.w.y) < std::min(q.y, b.x.y) - near || std::min(b.u.y, b.w.y) > std::max(q.y, b.x.y) + near)
         continue;
       apart(segment_distance(q, b.u, b.w));
-      if (!b.same_slab) gap = std::min({gap, distance(q, b.u), distance(q, b.w)});
+      if (b.beneath.next_slab) gap = std::min({gap, distance(q, b.u), distance(q, b.w)});
       if (b.u != b.x) apart(segment_distance(b.u, q, b.x));
       if (b.w != b.x) apart(segment_distance(b.w, q, b.x));
       // What is in the way of this place is in the way of the next one, most likely.
@@ -444,7 +680,7 @@ private:
   [[nodiscard]] std::vector<GridPoint> feet(const GridPoint& p) const {
     std::vector<GridPoint> result;
     for (const Beside& b : beside_) {
-      if (b.same_slab || segment_distance(p, b.u, b.w) >= limits_.apart) continue;
+      if (!b.beneath.next_slab || segment_distance(p, b.u, b.w) >= limits_.apart) continue;
       const double length = distance(b.u, b.w), t = double(dot(b.u, b.w, p)) / (length * length);
       if (t > 0 && t < 1) result.push_back(contour_point_between(b.u, b.w, t));
     }
@@ -456,139 +692,134 @@ private:
   /// The largest distance by which a contour moves away from itself, about.
   [[nodiscard]] double change(const GridPoint& target) const {
     double worst = 0;
-    for (const Step& step : steps_) {
-      const Sheet& sheet = sheets_[step.slab];
-      for (const std::int32_t v : {step.v, step.w}) {
-        if (v == kNone) continue;
-        for (const std::int32_t e : sheet.edges_at[std::size_t(v)]) {
-          const std::int32_t x = sheet.other_end(e, v);
-          if (x == step.v || x == step.w) continue;
-          worst = std::max(worst, segment_distance(sheet.point(v), sheet.point(x), target));
-          // Where both are there, the target lies on the edge between them.
-          if (step.v == kNone || step.w == kNone)
-            worst = std::max(worst, segment_distance(target, sheet.point(x), sheet.point(v)));
-        }
-      }
+    for (const Moving& m : moving_) {
+      worst = std::max(worst, segment_distance(m.p, m.x, target));
+      // Where both are there, the target lies on the edge between them.
+      if (m.alone) worst = std::max(worst, segment_distance(target, m.x, m.p));
     }
     return worst;
   }
 
   [[nodiscard]] bool possible(const Candidate& c, const GridPoint& target) {
+    const double from_v = distance(c.v, target), from_w = distance(c.w, target);
     for (const Step& step : steps_) {
-      const Sheet& sheet = sheets_[step.slab];
-      const std::int32_t there = sheet.at(target);
-      if (there != kNone && there != step.v && there != step.w) return false;
-      for (const std::int32_t v : {step.v, step.w})
-        if (v != kNone && sheet.drift[std::size_t(v)] + distance(sheet.point(v), target) > reach_) return false;
+      if (step.v != kNone && step.drift_v + from_v > reach_) return false;
+      if (step.w != kNone && step.drift_w + from_w > reach_) return false;
     }
-    for (const Step& step : steps_)
-      if (!way_is_clear(c, step, target)) return false;
-    for (const Step& step : steps_)
-      if (!stays_near_slice(step, target)) return false;
+    if (std::any_of(moving_.begin(), moving_.end(), [&](const Moving& m) { return folds(m, target); })) return false;
+    const Place& there = place_of(target);
+    if (!there.standing.empty())
+      for (const Step& step : steps_) {
+        const std::int32_t u = at(step.slab, there.standing);
+        if (u != kNone && u != step.v && u != step.w) return false;
+      }
+    if (near_.empty()) find_all_near();
+    for (const Moving& m : moving_)
+      if (!way_is_clear(c, m, target)) return false;
+    for (std::size_t i = 0; i < steps_.size(); ++i) {
+      // What fails for this target fails for the next one in the same slab, most likely.
+      const std::size_t k = i == 0 ? doubtful_ : (i <= doubtful_ ? i - 1 : i);
+      if (stays_near_slice(c, steps_[k], target)) continue;
+      doubtful_ = k;
+      return false;
+    }
     return true;
   }
 
   /// Does a vertex get too near to an edge, or leave one of another slab that it lies on? On: the overlay of the plane
   /// leads the edge through the vertex.
-  [[nodiscard]] bool gets_close(double before, double now, bool same_slab) const {
+  [[nodiscard]] bool gets_close(double before, double now, const Beneath& slabs) const {
     constexpr double kOn = kAttachSteps * double(kContourStep);
-    if (same_slab) return now < clearance_ && now < before;
-    return now < clearance_ && now > kOn && (now < before || before <= kOn);
+    if (!(now < clearance_)) return false;
+    return (slabs.same_slab && now < before) || (slabs.next_slab && now > kOn && (now < before || before <= kOn));
   }
 
-  /// Is nothing in the way, and no edge too long afterwards or too near to a vertex?
-  [[nodiscard]] bool way_is_clear(const Candidate& c, const Step& step, const GridPoint& target) const {
-    const Sheet& sheet = sheets_[step.slab];
-    const std::size_t first = stacked(step.slab) ? step.slab - 1 : step.slab;
-    const std::size_t last = stacked(step.slab + 1) ? step.slab + 1 : step.slab;
-    for (const std::int32_t v : {step.v, step.w}) {
-      if (v == kNone || sheet.point(v) == target) continue;
-      const GridPoint p = sheet.point(v);
-      const double move = distance(p, target);
-      for (const std::int32_t e : sheet.edges_at[std::size_t(v)]) {
-        const std::int32_t x = sheet.other_end(e, v);
-        if (x == step.v || x == step.w) continue;
-        const GridPoint q = sheet.point(x);
-        if (distance(target, q) > std::max(limits_.longest, distance(p, q))) return false;
-        const int turn = orientation(p, target, q);
-        const auto pad = std::int64_t(std::ceil(move + reach_ + limits_.clearance)) + 1;
-        const auto clear = std::int64_t(std::ceil(clearance_)) + 1;
-        const GridPoint low{std::min({p.x, target.x, q.x}) - clear, std::min({p.y, target.y, q.y}) - clear};
-        const GridPoint high{std::max({p.x, target.x, q.x}) + clear, std::max({p.y, target.y, q.y}) + clear};
-        if (turn == 0 && dot(q, p, target) <= 0) return false;  // it would fold
-        for (std::size_t s = first; s <= last; ++s) {
-          const Sheet& other = sheets_[s];
-          const auto blocks = [&](const GridPoint& y) {
-            if (y.x < low.x || y.x > high.x || y.y < low.y || y.y > high.y) return false;
-            if (y == p || y == q || y == target || y == c.v || y == c.w) return false;
-            const int a = orientation(p, target, y), b = orientation(target, q, y), d = orientation(q, p, y);
-            // Along its own line an edge only gains or loses the way.
-            if (turn == 0 ? segments_meet(p, target, y, y) : a * turn >= 0 && b * turn >= 0 && d * turn >= 0)
-              return true;
-            return gets_close(segment_distance(y, p, q), segment_distance(y, target, q), s == step.slab);
-          };
-          const bool blocked = other.start.any_near(p, q, pad, [&](std::size_t f) {
-            looked();
-            if (!other.alive[f]) return false;
-            const GridPoint &a = other.point(other.outline.edges[f].a), &b = other.point(other.outline.edges[f].b);
-            if (std::max(a.x, b.x) < low.x || std::min(a.x, b.x) > high.x) return false;
-            if (std::max(a.y, b.y) < low.y || std::min(a.y, b.y) > high.y) return false;
-            if (blocks(a) || blocks(b)) return true;
-            if (a == p || b == p || a == target || b == target) return false;
-            if (a == c.v || a == c.w || b == c.v || b == c.w) return false;
-            return gets_close(segment_distance(p, a, b), segment_distance(target, a, b), s == step.slab) ||
-                   (segments_meet(p, target, a, b) &&
-                    (orientation(p, target, a) != 0 || orientation(p, target, b) != 0));
-          });
-          if (blocked) return false;
-        }
-      }
-    }
-    return true;
+  /// Does a panel get too long, or fold?
+  [[nodiscard]] bool folds(const Moving& m, const GridPoint& target) const {
+    const GridPoint &p = m.p, &q = m.x;
+    if (p == target) return false;
+    return distance(target, q) > std::max(limits_.longest, distance(p, q)) ||
+           (orientation(p, target, q) == 0 && dot(q, p, target) <= 0);
+  }
+  /// Is nothing in the way of a panel, and no vertex too near to an edge afterwards? Needs `find_all_near`.
+  [[nodiscard]] bool way_is_clear(const Candidate& c, const Moving& m, const GridPoint& target) const {
+    const GridPoint &p = m.p, &q = m.x;
+    if (p == target) return true;
+    const int turn = orientation(p, target, q);
+    const auto clear = std::int64_t(std::ceil(clearance_)) + 1;
+    const GridPoint low{std::min({p.x, target.x, q.x}) - clear, std::min({p.y, target.y, q.y}) - clear};
+    const GridPoint high{std::max({p.x, target.x, q.x}) + clear, std::max({p.y, target.y, q.y}) + clear};
+    looked(near_.size());
+    return std::none_of(near_.begin(), near_.end(), [&](const Panel& other) {
+      const GridPoint &a = other.a, &b = other.b;
+      if (std::max(a.x, b.x) < low.x || std::min(a.x, b.x) > high.x) return false;
+      if (std::max(a.y, b.y) < low.y || std::min(a.y, b.y) > high.y) return false;
+      const Beneath slabs = beneath(panels_[std::size_t(m.panel)], other);
+      if (!slabs.same_slab && !slabs.next_slab) return false;
+      const auto blocks = [&](const GridPoint& y) {
+        if (y.x < low.x || y.x > high.x || y.y < low.y || y.y > high.y) return false;
+        if (y == p || y == q || y == target || y == c.v || y == c.w) return false;
+        const int i = orientation(p, target, y), j = orientation(target, q, y), k = orientation(q, p, y);
+        // Along its own line an edge only gains or loses the way.
+        if (turn == 0 ? segments_meet(p, target, y, y) : i * turn >= 0 && j * turn >= 0 && k * turn >= 0) return true;
+        return gets_close(segment_distance(y, p, q), segment_distance(y, target, q), slabs);
+      };
+      if (blocks(a) || blocks(b)) return true;
+      if (a == p || b == p || a == target || b == target) return false;
+      if (a == c.v || a == c.w || b == c.v || b == c.w) return false;
+      return gets_close(segment_distance(p, a, b), segment_distance(target, a, b), slabs) ||
+             (segments_meet(p, target, a, b) && (orientation(p, target, a) != 0 || orientation(p, target, b) != 0));
+    });
   }
 
   /// Is the slab still near to its slice, and its slice to the slab?
-  [[nodiscard]] bool stays_near_slice(const Step& step, const GridPoint& target) {
+  [[nodiscard]] bool stays_near_slice(const Candidate& c, const Step& step, const GridPoint& target) {
     Sheet& sheet = sheets_[step.slab];
     if (!sheet.slice) sheet.slice = std::make_unique<SliceNearness>(slices_[step.slab]);
     const NearnessLimits limits{limits_.deviation, limits_.most, kResolution};
     old_.clear();
     now_.clear();
-    for (const std::int32_t v : {step.v, step.w}) {
-      if (v == kNone) continue;
-      for (const std::int32_t e : sheet.edges_at[std::size_t(v)]) {
-        const std::int32_t x = sheet.other_end(e, v);
-        old_.emplace_back(sheet.point(v), sheet.point(x));
-        if (x == step.v || x == step.w) continue;
-        now_.emplace_back(target, sheet.point(x));
-      }
+    const auto slab = std::int32_t(step.slab);
+    const auto is_there = [&](const Panel& panel) { return panel.first <= slab && slab <= panel.last; };
+    for (const Moving& m : moving_) {
+      if (!is_there(panels_[std::size_t(m.panel)])) continue;
+      old_.emplace_back(m.p, m.x);
+      now_.emplace_back(target, m.x);
+    }
+    for (const std::int32_t k : between_) {
+      if (!is_there(panels_[std::size_t(k)])) continue;
+      old_.emplace_back(c.v, c.w);
+      old_.emplace_back(c.w, c.v);
     }
     for (const auto& edge : now_)
       if (!sheet.slice->is_near(edge, limits, listen_)) return false;
     // Other edges of the contour that may be nearest to a part of the slice.
-    const auto pad = std::int64_t(std::ceil(2 * limits_.most + reach_)) + 1;
-    const std::size_t own = now_.size();
-    const auto is_own = [&](const Outline::Edge& f) {
-      return f.a == step.v || f.b == step.v || f.a == step.w || f.b == step.w;
-    };
-    for (std::size_t k = 0; k < old_.size(); ++k)
-      sheet.start.for_each_near(old_[k].first, old_[k].second, pad, [&](std::size_t f) {
-        if (!sheet.alive[f] || is_own(sheet.outline.edges[f])) return;
-        now_.emplace_back(sheet.point(sheet.outline.edges[f].a), sheet.point(sheet.outline.edges[f].b));
-      });
-    std::sort(now_.begin() + std::ptrdiff_t(own), now_.end());
-    now_.erase(std::unique(now_.begin() + std::ptrdiff_t(own), now_.end()), now_.end());
+    for (const Panel& other : near_)
+      if (is_there(other) && other.a != c.v && other.b != c.v && other.a != c.w && other.b != c.w)
+        now_.emplace_back(other.a, other.b);
     return sheet.slice->stays_covered(old_, now_, limits, listen_);
   }
 
-  void apply(const GridPoint& target) {
+  void apply(const Candidate& c, const GridPoint& target) {
+    const double from_v = distance(c.v, target), from_w = distance(c.w, target);
+    const auto erase = [](const Step& step, Place& place) {
+      place.standing.erase(first_from(step.slab, place.standing));
+    };
+    const auto erase_panel = [](std::int32_t k, Place& place) {
+      place.panels.erase(std::find(place.panels.begin(), place.panels.end(), k));
+    };
+    Place& there = places_[target];  // the references stay valid: no place is ever taken out
+    Place &at_v = places_[c.v], &at_w = places_[c.w];
     for (const Step& step : steps_) {
       Sheet& sheet = sheets_[step.slab];
       double drift = 0;
-      for (const std::int32_t v : {step.v, step.w}) {
-        if (v == kNone) continue;
-        drift = std::max(drift, sheet.drift[std::size_t(v)] + distance(sheet.point(v), target));
-        sheet.place.erase(sheet.point(v));
+      if (step.v != kNone) {
+        drift = std::max(drift, step.drift_v + from_v);
+        erase(step, at_v);
+      }
+      if (step.w != kNone) {
+        drift = std::max(drift, step.drift_w + from_w);
+        erase(step, at_w);
       }
       const std::int32_t stays = step.w != kNone ? step.w : step.v;
       if (step.v != kNone && step.w != kNone) {
@@ -605,9 +836,20 @@ private:
         sheet.edges_at[std::size_t(step.v)].clear();
       }
       sheet.outline.vertices[std::size_t(stays)] = target;
-      sheet.place[target] = stays;
-      sheet.drift[std::size_t(stays)] = drift;
-      sheet.farthest = std::max(sheet.farthest, drift);
+      there.standing.insert(first_from(step.slab, there.standing), {step.slab, stays, drift});
+    }
+    for (const std::int32_t pair : between_) {
+      found_[std::size_t(pair)] = UINT32_MAX;  // never found again
+      erase_panel(pair, at_v);
+      erase_panel(pair, at_w);
+    }
+    for (const Moving& m : moving_) {
+      if (m.p == target) continue;
+      erase_panel(m.panel, m.p == c.v ? at_v : at_w);
+      there.panels.push_back(m.panel);
+      Panel& panel = panels_[std::size_t(m.panel)];
+      (panel.a == m.p ? panel.a : panel.b) = target;
+      put_panel(m.panel);
     }
   }
 
@@ -626,6 +868,29 @@ private:
   double reach_;
   double clearance_ = 0;  // of the merge in question
   std::vector<Sheet> sheets_;
+  std::unordered_map<GridPoint, Place, GridHash> places_;
+  const Place nowhere_{};
+  std::vector<Panel> panels_;
+  std::vector<std::uint32_t> found_;  // of the panels: by which search
+  struct Entry {
+    std::int32_t panel, next, first, last;  // slabs of the panel
+  };
+  Buckets buckets_{GridPoint{}, GridPoint{}, 1};  // of panels
+  struct Bucket {
+    std::int32_t first;   // its first entry, or kNone
+    std::uint32_t found;  // by which search
+  };
+  std::vector<Bucket> bucket_;
+  std::vector<Entry> entries_;
+  std::vector<std::array<GridPoint, 2>> boxes_;  // around the edges in question
+  std::uint32_t search_ = 0;                     // the last one
+  std::vector<Moving> moving_;                   // see find_moving
+  std::vector<std::int32_t> between_;            // panels between the two columns in question
+  std::int32_t lowest_ = 0;                      // slab of the column, or pair of columns
+  std::vector<std::int32_t> lone_;               // how many steps below have one of both columns only
+  std::vector<Panel> near_;                      // see find_near
+  double reach_near_ = 0;                        // how far the column in question may move
+  std::size_t doubtful_ = 0;                     // the step that failed last
   std::vector<Step> steps_;
   std::vector<Beside> beside_;                   // see find_beside
   std::vector<std::array<GridPoint, 2>> walls_;  // see find_walls: points on both sides of the column

@@ -200,11 +200,18 @@ inline void subdivide(Outline& outline, double longest, const std::function<void
 }
 
 /// The deviation of an outline from its slice in pitches, not above the true one by more than a share of eps.
+/// `slice_index` is that of `slice`.
+[[nodiscard]] inline double measured_deviation(const Outline& outline, const Outline& slice,
+                                               const SegmentIndex& slice_index, double eps,
+                                               const std::function<void()>& poll) {
+  const double coarse = deviation(outline, slice, slice_index, kResolutionShare * eps, poll);
+  if (coarse <= eps || coarse > (1 + kResolutionShare) * eps) return coarse;
+  return deviation(outline, slice, slice_index, kFineShare * eps, poll);
+}
+
 [[nodiscard]] inline double measured_deviation(const Outline& outline, const Outline& slice, double eps,
                                                const std::function<void()>& poll) {
-  const double coarse = deviation(outline, slice, kResolutionShare * eps, poll);
-  if (coarse <= eps || coarse > (1 + kResolutionShare) * eps) return coarse;
-  return deviation(outline, slice, kFineShare * eps, poll);
+  return measured_deviation(outline, slice, SegmentIndex(slice), eps, poll);
 }
 
 /// Merges contour vertices that are near to each other in all slabs, or moves them apart (see ColumnMerger), and
@@ -280,6 +287,8 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
     poll();
     const Outline& own = input.outlines[s];
     const bool stacked = s > 0 && input.slabs[s - 1].z_high == input.slabs[s].z_low;
+    const detail::SegmentIndex below(stacked ? result.outlines[s - 1] : Outline{});
+    const detail::SegmentIndex own_index(own);
     Outline outline;
     double deviation = 0;
     double share = 1;
@@ -294,7 +303,6 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
       outline = detail::prepare(own, share * eps, poll);
       if (options.eps > 0) {
         detail::subdivide(outline, longest, poll);
-        const detail::SegmentIndex below(stacked ? result.outlines[s - 1] : Outline{});
         detail::anticipate(outline, stacked ? &below : nullptr, ahead, s, share * eps * detail::kOpeningShare,
                            share * eps * detail::kAheadShare, poll);
       }
@@ -303,17 +311,17 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
         const detail::SimplifyLimits limits{detail::kSimplifyShare * share * eps, detail::kShortEdgeShare * share * eps,
                                             detail::kShortToleranceShare * share * eps, longest};
         for (int pass = 0; pass < detail::kPasses; ++pass)
-          outline =
-              detail::open_difference(outline, result.outlines[s - 1], static_cast<std::int32_t>(input.regions.size()),
-                                      share * eps * detail::kOpeningShare, limits,
-                                      options.eps > 0 ? detail::BandSplits::All : detail::BandSplits::AtCuts, poll);
+          outline = detail::open_difference(
+              outline, result.outlines[s - 1], below, static_cast<std::int32_t>(input.regions.size()),
+              share * eps * detail::kOpeningShare, limits,
+              options.eps > 0 ? detail::BandSplits::All : detail::BandSplits::AtCuts, poll);
       } else {
         // As open_difference does at its end, so that the same slice gets the same contour wherever it is.
         detail::simplify(outline, {}, {double(kContourStep), 0, 0, longest}, poll);
         detail::normalize(outline);
       }
       detail::attach_vertices(outline, static_cast<std::int32_t>(input.regions.size()), poll);
-      deviation = detail::measured_deviation(outline, own, eps, poll);
+      deviation = detail::measured_deviation(outline, own, own_index, eps, poll);
       if (deviation <= eps) break;
       diagnostics.add(Severity::Note, Stage::Harmonize, "harmonized_again",
                       "deviation of " + std::to_string(deviation / eps) + " eps; done again with a smaller share",

@@ -144,13 +144,10 @@ inline void move_vertices(Outline& outline, std::vector<VertexMove> moves, const
   std::sort(moves.begin(), moves.end(), [](const VertexMove& m, const VertexMove& n) {
     return m.length != n.length ? m.length < n.length : m.vertex < n.vertex;
   });
-  std::vector<std::vector<std::int32_t>> neighbors(outline.vertices.size());
+  EdgesAt edges_at(outline);
   double total = 0;
-  for (const Outline::Edge& e : outline.edges) {
-    neighbors[std::size_t(e.a)].push_back(e.b);
-    neighbors[std::size_t(e.b)].push_back(e.a);
+  for (const Outline::Edge& e : outline.edges)
     total += distance(outline.vertices[std::size_t(e.a)], outline.vertices[std::size_t(e.b)]);
-  }
   // Targets take part as points of their own, so that the way of a vertex is judged on where things are now: a vertex
   // that has moved counts at its new place through its target, and no longer at the old one.
   std::vector<GridPoint> points = outline.vertices;
@@ -158,7 +155,7 @@ inline void move_vertices(Outline& outline, std::vector<VertexMove> moves, const
   for (const VertexMove& m : moves) points.push_back(m.target);
   const VertexIndex index(points, std::max(1.0, total / double(outline.edges.size())));
   std::vector<char> present(points.size(), 0);
-  for (std::size_t v = 0; v < outline.vertices.size(); ++v) present[v] = !neighbors[v].empty();
+  for (std::size_t v = 0; v < outline.vertices.size(); ++v) present[v] = !edges_at[v].empty();
   std::vector<std::int32_t> at(outline.vertices.size());  // index into points where a vertex is now
   for (std::size_t v = 0; v < at.size(); ++v) at[v] = std::int32_t(v);
   // Edges are found where they were at first, by a search that is wider by the longest move.
@@ -182,10 +179,13 @@ inline void move_vertices(Outline& outline, std::vector<VertexMove> moves, const
       listen();
       return !present[std::size_t(y)];
     };
-    bool possible = !neighbors[std::size_t(m.vertex)].empty();
-    for (const std::int32_t x : neighbors[std::size_t(m.vertex)])
+    bool possible = !edges_at[std::size_t(m.vertex)].empty();
+    for (const std::int32_t e : edges_at[std::size_t(m.vertex)]) {
+      const Outline::Edge& edge = outline.edges[std::size_t(e)];
+      const std::int32_t x = edge.a == m.vertex ? edge.b : edge.a;
       possible =
           possible && triangle_is_empty(index, points, at[std::size_t(m.vertex)], to, at[std::size_t(x)], absent);
+    }
     // With no vertex in the triangles an edge can only come in and go out next to the target.
     if (!possible || crosses(m.vertex, m.target)) continue;
     present[std::size_t(at[std::size_t(m.vertex)])] = 0;

@@ -10,7 +10,6 @@
 #include <functional>
 #include <map>
 #include <numeric>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -40,11 +39,6 @@ public:
 private:
   std::vector<std::int32_t> parent_;
 };
-
-[[nodiscard]] constexpr std::uint64_t edge_key(std::int32_t a, std::int32_t b) noexcept {
-  return a < b ? (std::uint64_t(std::uint32_t(a)) << 32) | std::uint32_t(b)
-               : (std::uint64_t(std::uint32_t(b)) << 32) | std::uint32_t(a);
-}
 
 /// A piece of the outline that is being put together. `parent`: an edge of the outline below (0 and up), an edge of the
 /// own outline (count of the former and up), or kNone for a cut across a pocket.
@@ -256,12 +250,12 @@ enum class BandSplits : std::uint8_t {
   AtCuts  ///< only where cuts may be: for widths so small that the former would be millions
 };
 
-/// `below` where `own` differs from it by less than `width` (pitches), `own` elsewhere. New vertices are simplified
-/// within `limits`; vertices and edges of `below` stay as they are. `bands` says how finely bands between the two are
-/// split. `poll` is called now and then.
-[[nodiscard]] inline Outline open_difference(const Outline& own, const Outline& below, std::int32_t regions,
-                                             double width, const SimplifyLimits& limits, BandSplits bands,
-                                             const std::function<void()>& poll = {}) {
+/// `below` where `own` differs from it by less than `width` (pitches), `own` elsewhere. `below_index` is that of
+/// `below`. New vertices are simplified within `limits`; vertices and edges of `below` stay as they are. `bands` says
+/// how finely bands between the two are split. `poll` is called now and then.
+[[nodiscard]] inline Outline open_difference(const Outline& own, const Outline& below, const SegmentIndex& below_index,
+                                             std::int32_t regions, double width, const SimplifyLimits& limits,
+                                             BandSplits bands, const std::function<void()>& poll = {}) {
   std::vector<TaggedSegment> segments;
   append_segments(own, 0, segments);
   append_segments(below, regions, segments);
@@ -271,8 +265,7 @@ enum class BandSplits : std::uint8_t {
   attachment.strong_near = kAttachShare * width;
   attachment.strong_tags = regions;
   const Arrangement arrangement = snap_round(segments, attachment, poll);
-  const PlanarTriangulation triangulation = triangulate(arrangement, poll);
-  const ArrangementFaces faces = find_faces(arrangement, triangulation, poll);
+  const ArrangementFaces faces = find_faces(arrangement, poll);
   const std::size_t face_count = faces.windings.size();
 
   // Region of each face in the own outline and in the one below.
@@ -304,8 +297,20 @@ enum class BandSplits : std::uint8_t {
       if (is_own_edge(e)) on_own[std::size_t(v)] = 1;
       if (is_below_edge(e)) on_below[std::size_t(v)] = 1;
     }
-  const SegmentIndex own_index(own), below_index(below);
+  const SegmentIndex own_index(own);
   Poll listen(poll, 1 << 14);  // items looked at
+  // Is a vertex of the arrangement at least the width away from one of the two outlines? Asked once for each.
+  std::vector<char> known_far(arrangement.vertices.size(), 0);
+  const auto vertex_is_far = [&](std::int32_t v, bool from_below) {
+    char& known = known_far[std::size_t(v)];
+    const int shift = from_below ? 0 : 2;
+    if (((known >> shift) & 1) == 0) {
+      const SegmentIndex& other = from_below ? below_index : own_index;
+      const bool is = !other.is_within(arrangement.vertices[std::size_t(v)], width, &listen);
+      known = static_cast<char>(known | ((is ? 3 : 1) << shift));
+    }
+    return ((known >> shift) & 2) != 0;
+  };
   {
     for (std::size_t e = 0; e < arrangement.edges.size(); ++e) {
       for (const std::int32_t f : faces.of_edge[e]) {
@@ -318,8 +323,8 @@ enum class BandSplits : std::uint8_t {
         const GridPoint a = arrangement.vertices[std::size_t(arrangement.edges[e].a)],
                         b = arrangement.vertices[std::size_t(arrangement.edges[e].b)];
         const GridPoint m{a.x + (b.x - a.x) / 2, a.y + (b.y - a.y) / 2};
-        for (const GridPoint& p : {a, b, m})
-          if (other.distance(p, width, &listen) >= width) flag = 1;
+        flag = vertex_is_far(arrangement.edges[e].a, own_edge) || vertex_is_far(arrangement.edges[e].b, own_edge) ||
+               !other.is_within(m, width, &listen);
       }
     }
   }
@@ -329,10 +334,14 @@ enum class BandSplits : std::uint8_t {
   };  // for faces that are not in wide pockets
 
   // Parents of the arrangement's edges.
-  std::unordered_map<std::uint64_t, std::int32_t> edge_index;
-  edge_index.reserve(arrangement.edges.size() * 2);
-  for (std::size_t e = 0; e < arrangement.edges.size(); ++e)
-    edge_index.emplace(edge_key(arrangement.edges[e].a, arrangement.edges[e].b), std::int32_t(e));
+  std::vector<std::size_t> first_edge(arrangement.vertices.size() + 1, 0);  // by the smaller end; edges are sorted
+  for (const Arrangement::Edge& e : arrangement.edges) ++first_edge[std::size_t(e.a) + 1];
+  for (std::size_t v = 1; v < first_edge.size(); ++v) first_edge[v] += first_edge[v - 1];
+  const auto edge_between = [&](std::int32_t a, std::int32_t b) {
+    std::size_t e = first_edge[std::size_t(std::min(a, b))];
+    while (arrangement.edges[e].b != std::max(a, b)) ++e;
+    return e;
+  };
   std::vector<std::int32_t> parent(arrangement.edges.size(), kNone);
   const auto below_edges = std::int32_t(below.edges.size());
   {
@@ -342,7 +351,7 @@ enum class BandSplits : std::uint8_t {
         const int count = (outline.edges[e].left != kNone) + (outline.edges[e].right != kNone);
         const std::vector<std::int32_t> path = arrangement.path(segment);
         for (std::size_t i = 0; i + 1 < path.size(); ++i) {
-          std::int32_t& slot = parent[std::size_t(edge_index.at(edge_key(path[i], path[i + 1])))];
+          std::int32_t& slot = parent[edge_between(path[i], path[i + 1])];
           if (override_parent || slot == kNone) slot = first + std::int32_t(e);
         }
         segment += std::size_t(count);
@@ -356,6 +365,7 @@ enum class BandSplits : std::uint8_t {
   std::vector<GridPoint> points = arrangement.vertices;
   struct SubEdge {
     std::int32_t a, b, edge;
+    std::int32_t next = kNone;  // with the same smaller end
   };
   std::vector<SubEdge> subs;
   for (std::size_t e = 0; e < arrangement.edges.size(); ++e)
@@ -380,15 +390,33 @@ enum class BandSplits : std::uint8_t {
       }
     Cdt cdt;
     std::vector<Cdt::Vertex_handle> handle = insert_points(cdt, local_points, poll);
-    std::unordered_map<std::uint64_t, std::int32_t> sub_of;
-    sub_of.reserve(subs.size() * 4);
+    // Pieces by their smaller end.
+    std::vector<std::int32_t> first_sub(local_points.size(), kNone);
+    const auto enter = [&](std::int32_t s) {
+      SubEdge& sub = subs[std::size_t(s)];
+      std::int32_t& first = first_sub[std::size_t(std::min(sub.a, sub.b))];
+      sub.next = first;
+      first = s;
+    };
+    const auto leave = [&](std::int32_t s) {
+      const SubEdge& sub = subs[std::size_t(s)];
+      std::int32_t* at = &first_sub[std::size_t(std::min(sub.a, sub.b))];
+      while (*at != s) at = &subs[std::size_t(*at)].next;
+      *at = sub.next;
+    };
+    const auto sub_between = [&](std::int32_t a, std::int32_t b) {
+      std::int32_t s = first_sub[std::size_t(std::min(a, b))];
+      while (s != kNone && std::max(subs[std::size_t(s)].a, subs[std::size_t(s)].b) != std::max(a, b))
+        s = subs[std::size_t(s)].next;
+      return s;
+    };
     std::vector<std::int32_t> queue;
     for (std::size_t s = 0; s < subs.size(); ++s) {
       subs[s].a = local[std::size_t(subs[s].a)];
       subs[s].b = local[std::size_t(subs[s].b)];
       listen(64);
       insert_edge(cdt, handle[std::size_t(subs[s].a)], handle[std::size_t(subs[s].b)], Stage::Harmonize);
-      sub_of[edge_key(subs[s].a, subs[s].b)] = std::int32_t(s);
+      enter(std::int32_t(s));
       queue.push_back(std::int32_t(s));
     }
     std::vector<PocketVertex> vertices(local_points.size());
@@ -413,9 +441,11 @@ enum class BandSplits : std::uint8_t {
     // and not one over the angle.
     const auto other_outline = [&](bool own_edge) -> const SegmentIndex& { return own_edge ? below_index : own_index; };
     const auto is_far = [&](const PocketVertex& vertex, const GridPoint& p) {
-      return vertex.on_own != vertex.on_below && other_outline(vertex.on_own).distance(p, width, &listen) >= width;
+      return vertex.on_own != vertex.on_below && !other_outline(vertex.on_own).is_within(p, width, &listen);
     };
-    for (std::size_t v = 0; v < vertices.size(); ++v) vertices[v].far = is_far(vertices[v], local_points[v]);
+    for (std::size_t v = 0; v < vertices.size(); ++v)
+      vertices[v].far = global[v] != kNone && vertices[v].on_own != vertices[v].on_below &&
+                        vertex_is_far(global[v], vertices[v].on_own);
     const auto all_far = [&](const SegmentIndex& other, const GridPoint& a, const GridPoint& b) {
       return !other.any_near(a, b, std::int64_t(std::ceil(width)), [&](std::size_t segment) {
         listen();
@@ -470,8 +500,8 @@ enum class BandSplits : std::uint8_t {
       // An edge that is far from the other outline in its middle shows that by a vertex there.
       const bool own_edge = is_own_edge(std::size_t(sub.edge));
       if (!encroached && own_edge != is_below_edge(std::size_t(sub.edge))) {
-        encroached = other_outline(own_edge).distance(m, width, &listen) >= width &&
-                     !(vertices[std::size_t(sub.a)].far && vertices[std::size_t(sub.b)].far);
+        encroached = !(vertices[std::size_t(sub.a)].far && vertices[std::size_t(sub.b)].far) &&
+                     !other_outline(own_edge).is_within(m, width, &listen);
       }
       if (!encroached) continue;
       if (m == a || m == b) continue;
@@ -499,12 +529,13 @@ enum class BandSplits : std::uint8_t {
       vertices.back().far = is_far(vertices.back(), m);
       global.push_back(std::int32_t(points.size()));
       points.push_back(m);
-      sub_of.erase(edge_key(sub.a, sub.b));
+      first_sub.push_back(kNone);
       const auto t = std::int32_t(subs.size());
+      leave(s);
       subs[std::size_t(s)].b = v->info();
       subs.push_back({v->info(), sub.b, sub.edge});
-      sub_of[edge_key(sub.a, v->info())] = s;
-      sub_of[edge_key(v->info(), sub.b)] = t;
+      enter(s);
+      enter(t);
       queue.push_back(s);
       queue.push_back(t);
       Cdt::Face_circulator circulator = cdt.incident_faces(v), begin = circulator;
@@ -512,9 +543,9 @@ enum class BandSplits : std::uint8_t {
         listen();
         const int k = circulator->index(v);
         if (circulator->is_constrained(k) && !cdt.is_infinite(circulator)) {
-          const auto it =
-              sub_of.find(edge_key(circulator->vertex(Cdt::ccw(k))->info(), circulator->vertex(Cdt::cw(k))->info()));
-          if (it != sub_of.end()) queue.push_back(it->second);
+          const std::int32_t side =
+              sub_between(circulator->vertex(Cdt::ccw(k))->info(), circulator->vertex(Cdt::cw(k))->info());
+          if (side != kNone) queue.push_back(side);
         }
       } while (++circulator != begin);
     }

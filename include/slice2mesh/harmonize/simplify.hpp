@@ -42,6 +42,7 @@ public:
     const double area = vertices.empty() ? 0 : (double(high.x - low.x) + 1) * (double(high.y - low.y) + 1);
     const double dense = std::sqrt(area / double(vertices.size() + 1));
     cell_ = std::max<std::int64_t>(1, std::int64_t(std::min(cell, dense)));
+    inverse_ = 1 / double(cell_);
     std::size_t buckets = 16;
     while (buckets < vertices.size()) buckets *= 2;
     mask_ = buckets - 1;
@@ -96,7 +97,13 @@ public:
   }
 
 private:
-  [[nodiscard]] std::int64_t cell_of(std::int64_t x) const { return x / cell_ - (x % cell_ < 0 ? 1 : 0); }
+  /// x / cell_, rounded down, without the slow division of integers: coordinates are far below 2^52, so that the
+  /// product is less than one away from the quotient.
+  [[nodiscard]] std::int64_t cell_of(std::int64_t x) const {
+    const auto cell = static_cast<std::int64_t>(double(x) * inverse_);
+    const std::int64_t rest = x - cell * cell_;
+    return rest < 0 ? cell - 1 : (rest >= cell_ ? cell + 1 : cell);
+  }
   [[nodiscard]] std::size_t bucket(std::int64_t c, std::int64_t r) const { return GridHash{}({c, r}) & mask_; }
   [[nodiscard]] bool is_large(std::int64_t c0, std::int64_t c1, std::int64_t r0, std::int64_t r1) const {
     return double(c1 - c0 + 1) * double(r1 - r0 + 1) > double(items_.size()) + 16;
@@ -117,6 +124,7 @@ private:
     return false;
   }
   std::int64_t cell_ = 1;
+  double inverse_ = 1;  // of cell_
   std::size_t mask_ = 0;
   std::vector<std::size_t> start_;  // by bucket of the hash of a cell
   std::vector<std::int32_t> items_;
@@ -149,11 +157,7 @@ inline void simplify(Outline& outline, const std::vector<char>& fixed, const Sim
                      const std::function<void()>& poll = {}) {
   const std::size_t count = outline.vertices.size();
   if (count < 4) return;
-  std::vector<std::vector<std::int32_t>> edges_at(count);
-  for (std::size_t e = 0; e < outline.edges.size(); ++e) {
-    edges_at[static_cast<std::size_t>(outline.edges[e].a)].push_back(std::int32_t(e));
-    edges_at[static_cast<std::size_t>(outline.edges[e].b)].push_back(std::int32_t(e));
-  }
+  EdgesAt edges_at(outline);
   double length = 0;
   for (const Outline::Edge& e : outline.edges)
     length +=
@@ -177,7 +181,7 @@ inline void simplify(Outline& outline, const std::vector<char>& fixed, const Sim
   Poll listen(poll, 1 << 14);
   const auto consider = [&](std::int32_t v) {
     listen(16);
-    const auto& at = edges_at[static_cast<std::size_t>(v)];
+    const EdgesAt::Range at = edges_at[static_cast<std::size_t>(v)];
     if ((!fixed.empty() && fixed[static_cast<std::size_t>(v)]) || at.size() != 2) return;
     const std::int32_t u = other_end(at[0], v), w = other_end(at[1], v);
     if (u == w) return;
@@ -223,7 +227,6 @@ inline void simplify(Outline& outline, const std::vector<char>& fixed, const Sim
     (kept.a == v ? kept.a : kept.b) = w;
     alive_edge[static_cast<std::size_t>(f)] = 0;
     alive_vertex[static_cast<std::size_t>(v)] = 0;
-    edges_at[static_cast<std::size_t>(v)].clear();
     for (std::int32_t& k : edges_at[static_cast<std::size_t>(w)])
       if (k == f) k = e;
     auto& list = dropped[static_cast<std::size_t>(e)];

@@ -60,9 +60,17 @@ public:
   [[nodiscard]] bool stays_covered(const std::vector<Edge>& old, const std::vector<Edge>& now,
                                    const NearnessLimits& limits, Poll* listen) {
     const auto wide = std::int64_t(std::ceil(limits.most)) + 1;
+    // No part of what is farther than this is asked about: parts that are not split further reach half of their length
+    // beyond `most`.
+    const auto beyond = std::int64_t(std::ceil((1 + limits.resolution) * limits.most)) + 2;
     seen_.clear();
     for (const Edge& edge : old)
-      slice_.for_each_near(edge.first, edge.second, wide, [&](std::size_t f) { seen_.push_back(f); });
+      slice_.for_each_near(edge.first, edge.second, wide, [&](std::size_t f) {
+        const auto& [a, b] = slice_.segment(f);
+        if (apart(a.x, b.x, edge.first.x, edge.second.x) > beyond) return;
+        if (apart(a.y, b.y, edge.first.y, edge.second.y) > beyond) return;
+        seen_.push_back(f);
+      });
     std::sort(seen_.begin(), seen_.end());
     seen_.erase(std::unique(seen_.begin(), seen_.end()), seen_.end());
     return std::all_of(seen_.begin(), seen_.end(), [&](std::size_t f) {
@@ -76,6 +84,10 @@ private:
     GridPoint a, b;
     SegmentIndex::Nearest na, nb;
   };
+  /// Distance between the stretches from a to b and from c to d; negative where they overlap.
+  [[nodiscard]] static std::int64_t apart(std::int64_t a, std::int64_t b, std::int64_t c, std::int64_t d) {
+    return std::max(std::min(a, b), std::min(c, d)) - std::min(std::max(a, b), std::max(c, d));
+  }
   [[nodiscard]] static GridPoint middle(const GridPoint& a, const GridPoint& b) {
     return {a.x + (b.x - a.x) / 2, a.y + (b.y - a.y) / 2};
   }
@@ -91,12 +103,16 @@ private:
       for (const Edge& e : old) before = std::min(before, segment_distance(m, e.first, e.second));
       if (before - length / 2 > limits.most) continue;
       const double limit = before > limits.deviation ? limits.most : limits.deviation;
-      bool covered = false;
-      for (const Edge& e : now) {
-        covered = segment_distance(a, e.first, e.second) <= limit && segment_distance(b, e.first, e.second) <= limit;
-        if (covered) break;
-      }
-      if (covered) continue;
+      const auto far = std::int64_t(limit) + 2;  // the distance is not rounded by as much as a pitch
+      const auto covers = [&](const Edge& e) {
+        if (apart(e.first.x, e.second.x, a.x, a.x) > far || apart(e.first.y, e.second.y, a.y, a.y) > far) return false;
+        return segment_distance(a, e.first, e.second) <= limit && segment_distance(b, e.first, e.second) <= limit;
+      };
+      // What covers one part covers the next one, most likely.
+      if (last_ < now.size() && covers(now[last_])) continue;
+      const auto found = std::find_if(now.begin(), now.end(), covers);
+      last_ = std::size_t(found - now.begin());
+      if (found != now.end()) continue;
       if (length <= limits.resolution * limit) return false;
       parts_.emplace_back(a, m);
       parts_.emplace_back(m, b);
@@ -108,6 +124,7 @@ private:
   std::vector<Piece> pieces_;
   std::vector<Edge> parts_;
   std::vector<std::size_t> seen_;
+  std::size_t last_ = 0;  // the edge that covered a part last
 };
 
 }  // namespace slice2mesh::detail

@@ -142,8 +142,7 @@ inline void require_distinct_paths(const Contours& contours, const InterfacePlan
   detail::require_distinct_paths(contours, plane, slab_below, plane.below_path);
   detail::require_distinct_paths(contours, plane, slab_above, plane.above_path);
   const auto regions = static_cast<std::int32_t>(contours.regions.size());
-  const PlanarTriangulation triangulation = triangulate(plane.overlay, poll);
-  const ArrangementFaces faces = find_faces(plane.overlay, triangulation, poll);
+  const ArrangementFaces faces = find_faces(plane.overlay, poll);
 
   std::vector<std::array<Side, 2>> cells(faces.windings.size());
   for (std::size_t f = 0; f < cells.size(); ++f)

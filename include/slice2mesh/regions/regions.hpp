@@ -144,9 +144,7 @@ inline Outline unite(const std::vector<TaggedSegment>& segments, const std::vect
   Attachment attachment;
   attachment.near = kAttachSteps * double(kContourStep);
   const Arrangement arrangement = snap_round(segments, attachment, poll);
-  const PlanarTriangulation triangulation = triangulate(arrangement, poll);
-  if (triangulation.triangles.empty()) return {};
-  const ArrangementFaces faces = find_faces(arrangement, triangulation, poll);
+  const ArrangementFaces faces = find_faces(arrangement, poll);
   std::vector<std::int32_t> label(faces.windings.size(), kNone), balance(regions, 0);
   bool overlap = false;
   Poll listen(poll, 1 << 14);
