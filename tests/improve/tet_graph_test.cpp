@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "../plc/chain.hpp"
+#include "slice2mesh/improve/flips.hpp"
+#include "slice2mesh/improve/tet_graph.hpp"
+#include "slice2mesh/quality/tet_figures.hpp"
+#include "slice2mesh/tet/slab_filler.hpp"
+#include "test_support.hpp"
+
+using namespace slice2mesh;
+using namespace slice2mesh_test;
+
+namespace {
+
+using detail::Int128;
+using detail::TetGraph;
+
+/// What is wrong with neighbors, stars and ratings, each against all tets; empty if nothing.
+std::string faults(const TetGraph& graph) {
+  std::map<std::array<std::int32_t, 3>, std::vector<std::int32_t>> at_face;
+  std::vector<std::vector<std::int32_t>> stars(graph.points().size());
+  const auto face_of = [&](std::int32_t t, std::size_t i) {
+    const TetGraph::Tet& v = graph[t].v;
+    std::array<std::int32_t, 3> face{v[(i + 1) % 4], v[(i + 2) % 4], v[(i + 3) % 4]};
+    std::sort(face.begin(), face.end());
+    return face;
+  };
+  for (std::int32_t t = 0; t < std::int32_t(graph.size()); ++t) {
+    if (!graph.alive(t)) continue;
+    for (std::size_t i = 0; i < 4; ++i) at_face[face_of(t, i)].push_back(t);
+    for (const std::int32_t v : graph[t].v) stars[std::size_t(v)].push_back(t);
+  }
+  for (std::int32_t t = 0; t < std::int32_t(graph.size()); ++t) {
+    if (!graph.alive(t)) continue;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const std::vector<std::int32_t>& both = at_face[face_of(t, i)];
+      if (both.size() > 2) return "a face with " + std::to_string(both.size()) + " tets";
+      const std::int32_t other = both.size() < 2 ? kNone : both[0] == t ? both[1] : both[0];
+      if (graph[t].across[i] != other) return "tet " + std::to_string(t) + " has a wrong neighbor";
+    }
+    if (graph.badness(t) != graph.rate(graph[t].v)) return "tet " + std::to_string(t) + " has a wrong rating";
+    if (!(graph.volume(graph[t].v) > 0)) return "tet " + std::to_string(t) + " is not positive";
+  }
+  for (std::size_t v = 0; v < stars.size(); ++v) {
+    std::vector<std::int32_t> star = graph.star(std::int32_t(v));
+    std::sort(star.begin(), star.end());
+    if (star != stars[v]) return "vertex " + std::to_string(v) + " has a wrong star";
+  }
+  return {};
+}
+
+/// Exact volume of each slab, over its height.
+std::map<std::int32_t, Int128> volumes(const TetGraph& graph) {
+  std::map<std::int32_t, Int128> sums;
+  for (std::int32_t t = 0; t < std::int32_t(graph.size()); ++t)
+    if (graph.alive(t)) sums[graph[t].slab] += graph.volume(graph[t].v);
+  return sums;
+}
+
+double cost(const TetGraph& graph) {
+  double sum = 0;
+  for (std::int32_t t = 0; t < std::int32_t(graph.size()); ++t)
+    if (graph.alive(t)) sum += detail::improvement_cost(graph.badness(t));
+  return sum;
+}
+
+struct Made {
+  PlaneStack stack;
+  Mesh mesh;
+  double pitch = 0;
+};
+
+Made make(const SliceStack& slices) {
+  const Chain chain = run_chain(slices);
+  Made made;
+  made.stack.meshes = chain.planes;
+  made.stack.slab_planes = chain.slab_planes;
+  made.mesh = SlabFiller{}(chain.plc());
+  made.pitch = chain.contours.grid.pitch;
+  return made;
+}
+
+std::vector<NamedStack> stacks() {
+  std::vector<NamedStack> result = generated_stacks();
+  for (std::uint32_t seed = 1; seed <= 12; ++seed)
+    result.push_back({"random stack, seed " + std::to_string(seed), random_stack(seed)});
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "tets know their neighbors, stars and ratings, before and after flips; flips keep volumes and lower the cost") {
+  std::size_t flips = 0, several_slabs = 0;
+  for (const NamedStack& named : stacks()) {
+    INFO(named.name);
+    Made made = make(named.stack);
+    const std::size_t tets = made.mesh.tets.size();
+    TetGraph graph(made.stack, made.mesh, made.pitch, [] {});
+    REQUIRE(graph.size() == tets);
+    REQUIRE(tets > 0);
+    CHECK(faults(graph).empty());
+    const auto before = volumes(graph);
+    several_slabs += std::size_t(before.size() > 1);
+    detail::Flips flipper(graph);
+    double last = cost(graph);
+    std::size_t done = 0;
+    for (std::int32_t t = 0; t < std::int32_t(graph.size()); ++t) {
+      if (!graph.alive(t) || !flipper.flip(t)) continue;
+      ++flips;
+      if (++done % 64 != 0) continue;
+      const std::string fault = faults(graph);
+      INFO(fault);
+      REQUIRE(fault.empty());
+    }
+    const std::string fault = faults(graph);
+    INFO(fault);
+    CHECK(fault.empty());
+    CHECK((volumes(graph) == before));
+    if (done > 0) CHECK(cost(graph) < last);
+    // All of it comes back, by slabs with the same volumes.
+    std::size_t alive = 0;
+    for (std::int32_t t = 0; t < std::int32_t(graph.size()); ++t) alive += std::size_t(graph.alive(t));
+    std::vector<std::int32_t> same(graph.points().size());
+    std::iota(same.begin(), same.end(), 0);
+    graph.give_back(made.mesh, same);
+    CHECK(made.mesh.tets.size() == alive);
+    CHECK(made.mesh.tet_slab.size() == alive);
+    CHECK(made.mesh.tet_region.size() == alive);
+  }
+  CHECK(flips > 100);
+  CHECK(several_slabs > 5);
+}
+
+TEST_CASE("a vertex that goes into its neighbor leaves neighbors, stars and ratings that are right") {
+  std::size_t collapses = 0;
+  for (const NamedStack& named : stacks()) {
+    INFO(named.name);
+    Made made = make(named.stack);
+    std::vector<char> fixed;
+    for (const PlaneMesh& plane : made.stack.meshes) fixed.insert(fixed.end(), plane.fixed.begin(), plane.fixed.end());
+    TetGraph graph(made.stack, made.mesh, made.pitch, [] {});
+    const auto before = volumes(graph);
+    std::size_t done = 0;
+    for (std::int32_t v = 0; v < std::int32_t(fixed.size()) && done < 40; ++v) {
+      if (fixed[std::size_t(v)] != 0) continue;
+      std::vector<std::int32_t> neighbors;
+      for (const std::int32_t t : graph.star(v))
+        for (const std::int32_t u : graph[t].v)
+          if (u != v && graph.plane(u) == graph.plane(v)) neighbors.push_back(u);
+      std::sort(neighbors.begin(), neighbors.end());
+      neighbors.erase(std::unique(neighbors.begin(), neighbors.end()), neighbors.end());
+      for (const std::int32_t u : neighbors) {
+        Int128 sum = 0;
+        bool positive = true;
+        for (const std::int32_t t : graph.star(v)) {
+          TetGraph::Tet tet = graph[t].v;
+          sum -= graph.volume(tet);
+          if (TetGraph::has(tet, u)) continue;
+          tet[TetGraph::index_of(tet, v)] = u;
+          sum += graph.volume(tet);
+          positive = positive && graph.volume(tet) > 0;
+        }
+        if (!positive || sum != 0) continue;
+        graph.collapse(v, u);
+        ++done;
+        CHECK(graph.star(v).empty());
+        break;
+      }
+    }
+    collapses += done;
+    const std::string fault = faults(graph);
+    INFO(fault);
+    CHECK(fault.empty());
+    CHECK((volumes(graph) == before));
+  }
+  CHECK(collapses > 100);
+}
+
+TEST_CASE("how bad a tet is does not depend on the vertex it is rated from, and is R/3r where angles are not small") {
+  Made made = make(random_stack(3));
+  const TetGraph graph(made.stack, made.mesh, made.pitch, [] {});
+  std::size_t plain = 0, sharp = 0;
+  for (std::int32_t t = 0; t < std::int32_t(graph.size()); ++t) {
+    const TetGraph::Tet& v = graph[t].v;
+    TetCorners corners;
+    for (std::size_t i = 0; i < 4; ++i) corners[i] = graph.xyz(v[i]);
+    const double ratio = radius_ratio(corners), rated = graph.badness(t);
+    for (const TetGraph::Tet& other : {TetGraph::Tet{v[1], v[0], v[3], v[2]}, TetGraph::Tet{v[2], v[0], v[1], v[3]},
+                                       TetGraph::Tet{v[3], v[0], v[2], v[1]}})
+      CHECK(graph.rate(other) == Approx(rated).epsilon(1e-6));
+    CHECK(rated >= ratio * (1 - 1e-6));
+    if (ratio < 3) {
+      ++plain;
+      CHECK(rated == Approx(ratio).epsilon(1e-6));
+    } else {
+      ++sharp;
+    }
+    CHECK(graph.rate(TetGraph::Tet{v[1], v[0], v[2], v[3]}) == std::numeric_limits<double>::infinity());
+  }
+  CHECK(plain > 100);
+  CHECK(sharp > 0);
+}
