@@ -179,7 +179,9 @@ TEST_CASE("improvement moves round contours, but no corners and straight walls o
       const int x = dice(0, 3), y = dice(0, 3);
       blocks.push_back({x, y, x + dice(6, 9), y + dice(6, 9)});
       const auto& [x0, y0, x1, y1] = blocks.back();
-      layers.push_back({rectangle(x0, y0, x1, y1), star(20 + 0.02 * dice(0, 9), 5, 4 + 0.02 * dice(0, 9), 40)});
+      const double radius = 4 + 0.02 * dice(0, 9);  // one after the other: arguments have no order
+      const double center = 20 + 0.02 * dice(0, 9);
+      layers.push_back({rectangle(x0, y0, x1, y1), star(center, 5, radius, 40)});
     }
     Filled filled = fill(stack_of(layers));
     const std::vector<Outline> before = filled.chain.contours.outlines;
