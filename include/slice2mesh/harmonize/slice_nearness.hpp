@@ -95,7 +95,7 @@ private:
                                 const NearnessLimits& limits) {
     parts_.assign(1, segment);
     while (!parts_.empty()) {
-      const auto [a, b] = parts_.back();
+      const GridPoint a = parts_.back().first, b = parts_.back().second;
       parts_.pop_back();
       const double length = distance(a, b);
       const GridPoint m = middle(a, b);

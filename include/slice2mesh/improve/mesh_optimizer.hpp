@@ -273,15 +273,15 @@ private:
   }
   std::size_t smooth_round() {
     // Movable vertices of bad tets.
-    std::vector<char> worst(kind_.size(), 3);
+    std::vector<std::uint8_t> worst(kind_.size(), 3);
     for (std::int32_t t = 0; t < std::int32_t(graph_.size()); ++t)
       if (graph_.badness(t) > floor_ && graph_.alive(t))
         for (const std::int32_t v : graph_[t].v)
-          worst[std::size_t(v)] = std::min(worst[std::size_t(v)], char(rank(graph_.badness(t))));
+          worst[std::size_t(v)] = std::min(worst[std::size_t(v)], std::uint8_t(rank(graph_.badness(t))));
     std::array<std::vector<std::int32_t>, 3> order;
     for (std::size_t v = 0; v < worst.size(); ++v)
       if (worst[v] < 3 && kind_[v] != Kind::Fixed && graph_.changed(std::int32_t(v)) > tried_smooth_[v])
-        order[std::size_t(worst[v])].push_back(std::int32_t(v));
+        order[worst[v]].push_back(std::int32_t(v));
     return try_all(order, tried_smooth_, [&](std::int32_t v) { return smooth(v); });
   }
 

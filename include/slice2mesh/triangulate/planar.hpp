@@ -247,7 +247,7 @@ private:
     // place.
     std::vector<std::int32_t> edge_at, place_of_edge(edges_.size(), kNone);
     struct Order {
-      using is_transparent = void;
+      using is_transparent = void;  // NOLINT(readability-identifier-naming): a name of the standard
       const FaceSweep* sweep;
       const std::vector<std::int32_t>* edge_at;
       bool operator()(std::int32_t i, std::int32_t j) const {
