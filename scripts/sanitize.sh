@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # The tests under the address and undefined behavior sanitizers, and the fuzzers for a while. With Clang where it is installed:
-# it compiles instrumented code in two thirds of the time that GCC needs.
+# it compiles instrumented code in less time than GCC.
 #
 #   bash scripts/sanitize.sh [--parts] [--fuzz SECONDS]
 #

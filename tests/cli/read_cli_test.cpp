@@ -514,7 +514,10 @@ TEST_CASE("A file with changed bytes is an error or a valid stack", "[cli][hosti
           case 0: bytes[at] = static_cast<char>(random() % 256); break;
           case 1: bytes[at] = alphabet[random() % alphabet.size()]; break;
           case 2: bytes.erase(at, 1 + random() % 9); break;
-          default: bytes.insert(at, original.substr(random() % original.size(), random() % 40)); break;
+          default: {
+            const std::size_t length = random() % 40;  // one number after the other: arguments have no order
+            bytes.insert(at, original.substr(random() % original.size(), length));
+          }
         }
         if (bytes.empty()) bytes = "$";
       }

@@ -61,8 +61,8 @@ TEST_CASE("unions of lattice boxes have the area that counting their squares giv
         const int x = dice.whole(0, 10), y = dice.whole(0, 10);
         const bool hole = dice.one_in(4);
         with_holes += hole ? 1 : 0;
-        slice.push_back(box(x, y, x + dice.whole(1, 5), y + dice.whole(1, 5),
-                            hole ? Direction::Inner : Direction::Outer, dice.whole(0, 1)));
+        const int part = dice.whole(0, 1), height = dice.whole(1, 5), width = dice.whole(1, 5);
+        slice.push_back(box(x, y, x + width, y + height, hole ? Direction::Inner : Direction::Outer, part));
       }
     }
     const SliceStack stack = stack_of(slices);

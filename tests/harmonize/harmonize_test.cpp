@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "../triangulate/flooded_faces.hpp"
 #include "plc/chain.hpp"
 #include "test_support.hpp"
 
@@ -70,8 +71,7 @@ void check_valid(const Outline& outline) {
   REQUIRE(again.crossings == 0);
   REQUIRE(again.vertices == outline.vertices);
   REQUIRE(again.edges.size() == outline.edges.size());
-  const PlanarTriangulation triangulation = triangulate(again);
-  const ArrangementFaces faces = find_faces(again, triangulation);
+  const ArrangementFaces faces = flooded_faces(again);
   for (const WindingState& state : faces.windings) {
     REQUIRE(state.size() <= 1);
     for (const EdgeTag& tag : state) REQUIRE(tag.winding == 1);

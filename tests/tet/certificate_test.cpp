@@ -235,7 +235,8 @@ TEST_CASE("the sign of a volume in doubles is exact") {
       return std::array<double, 3>{a[0] + s * u[0] + t * w[0], a[1] + s * u[1] + t * w[1], a[2] + s * u[2] + t * w[2]};
     };
     const auto b = at(1, 0), c = at(0, 1);
-    auto d = at(double(random() % 100), double(random() % 100));
+    const auto t = double(random() % 100), s = double(random() % 100);
+    auto d = at(s, t);
     CHECK(detail::exact_volume(a, b, c, d).sign == 0);
     ++flat;
     const double normal = u[0] * w[1] - u[1] * w[0];

@@ -247,15 +247,21 @@ inline Cases islands(std::uint32_t seed) {
     std::vector<Slice> slices;
     for (int l = 0; l < 3; ++l) {
       Slice slice;
-      for (int i = 0; i < depth; ++i)
-        slice.push_back(star({0.05 * l, 0}, depth - i, dice.whole(4, 24), 0, dice.real(0, 0.1),
-                             i % 2 == 0 ? Direction::Outer : Direction::Inner));
+      for (int i = 0; i < depth; ++i) {
+        const double inwards = dice.real(0, 0.1);  // one number after the other: arguments have no order
+        const int spikes = dice.whole(4, 24);
+        slice.push_back(
+            star({0.05 * l, 0}, depth - i, spikes, 0, inwards, i % 2 == 0 ? Direction::Outer : Direction::Inner));
+      }
       slices.push_back(slice);
     }
     add(cases, std::to_string(depth) + " loops in each other", stack_of(slices));
   }
   Slice many{box(0, 0, 20, 20), box(1, 1, 19, 19, Direction::Inner)};
-  for (int i = 0; i < 40; ++i) many.push_back(star({dice.real(3, 17), dice.real(3, 17)}, dice.real(0.05, 1.5), 9));
+  for (int i = 0; i < 40; ++i) {
+    const double radius = dice.real(0.05, 1.5);
+    many.push_back(star({dice.real(3, 17), dice.real(3, 17)}, radius, 9));
+  }
   add(cases, "forty islands in a hole, some overlapping", stack_of({many, many, {many[0]}}), true);
   return cases;
 }

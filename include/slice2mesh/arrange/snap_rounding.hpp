@@ -81,6 +81,14 @@ struct Arrangement {
 
 namespace detail {
 
+/// x / cell, rounded down, without the slow division of integers. Coordinates are far below 2^52, so that the product
+/// with `inverse`, 1 / cell, is less than one away from the quotient, and its rest says on which side.
+[[nodiscard]] inline std::int64_t floor_quotient(std::int64_t x, std::int64_t cell, double inverse) {
+  const auto quotient = static_cast<std::int64_t>(double(x) * inverse);
+  const std::int64_t rest = x - quotient * cell;
+  return rest < 0 ? quotient - 1 : (rest >= cell ? quotient + 1 : quotient);
+}
+
 /// A uniform grid of buckets over a bounding box, for segments and points.
 class Buckets {
 public:
@@ -192,13 +200,7 @@ private:
   [[nodiscard]] std::int64_t clamp(std::int64_t offset, std::int64_t cells) const {
     return offset < 0 ? 0 : std::min(cell_of(offset), cells - 1);
   }
-  /// offset / cell_, without the slow division of integers: offsets are far below 2^52, so that the product is less
-  /// than one away from the quotient. Precondition: offset >= 0.
-  [[nodiscard]] std::int64_t cell_of(std::int64_t offset) const {
-    const auto cell = static_cast<std::int64_t>(double(offset) * inverse_);
-    const std::int64_t rest = offset - cell * cell_;
-    return rest < 0 ? cell - 1 : (rest >= cell_ ? cell + 1 : cell);
-  }
+  [[nodiscard]] std::int64_t cell_of(std::int64_t offset) const { return floor_quotient(offset, cell_, inverse_); }
   GridPoint low_;
   std::int64_t cell_ = 1;
   double inverse_ = 1;  // of cell_

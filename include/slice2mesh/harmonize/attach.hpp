@@ -8,11 +8,11 @@
 #include <functional>
 #include <vector>
 
+#include "slice2mesh/arrange/faces.hpp"
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/arrange/segment_index.hpp"
 #include "slice2mesh/arrange/snap_rounding.hpp"
 #include "slice2mesh/regions/regions.hpp"
-#include "slice2mesh/triangulate/planar.hpp"
 
 namespace slice2mesh::detail {
 

@@ -23,6 +23,7 @@
 #include "slice2mesh/arrange/exact.hpp"
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/arrange/segment_index.hpp"
+#include "slice2mesh/core/all_from.hpp"
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/harmonize/contour_shape.hpp"
 #include "slice2mesh/harmonize/slice_nearness.hpp"
@@ -716,14 +717,7 @@ private:
     if (near_.empty()) find_all_near();
     for (const Moving& m : moving_)
       if (!way_is_clear(c, m, target)) return false;
-    for (std::size_t i = 0; i < steps_.size(); ++i) {
-      // What fails for this target fails for the next one in the same slab, most likely.
-      const std::size_t k = i == 0 ? doubtful_ : (i <= doubtful_ ? i - 1 : i);
-      if (stays_near_slice(c, steps_[k], target)) continue;
-      doubtful_ = k;
-      return false;
-    }
-    return true;
+    return all_from(doubtful_, steps_.size(), [&](std::size_t k) { return stays_near_slice(c, steps_[k], target); });
   }
 
   /// Does a vertex get too near to an edge, or leave one of another slab that it lies on? On: the overlay of the plane

@@ -23,7 +23,6 @@
 #include "slice2mesh/harmonize/pockets.hpp"
 #include "slice2mesh/harmonize/simplify.hpp"
 #include "slice2mesh/regions/regions.hpp"
-#include "slice2mesh/triangulate/planar.hpp"
 
 namespace slice2mesh {
 

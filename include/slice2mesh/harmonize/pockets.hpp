@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "slice2mesh/arrange/faces.hpp"
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/arrange/segment_index.hpp"
 #include "slice2mesh/core/progress.hpp"

@@ -97,13 +97,7 @@ public:
   }
 
 private:
-  /// x / cell_, rounded down, without the slow division of integers: coordinates are far below 2^52, so that the
-  /// product is less than one away from the quotient.
-  [[nodiscard]] std::int64_t cell_of(std::int64_t x) const {
-    const auto cell = static_cast<std::int64_t>(double(x) * inverse_);
-    const std::int64_t rest = x - cell * cell_;
-    return rest < 0 ? cell - 1 : (rest >= cell_ ? cell + 1 : cell);
-  }
+  [[nodiscard]] std::int64_t cell_of(std::int64_t x) const { return floor_quotient(x, cell_, inverse_); }
   [[nodiscard]] std::size_t bucket(std::int64_t c, std::int64_t r) const { return GridHash{}({c, r}) & mask_; }
   [[nodiscard]] bool is_large(std::int64_t c0, std::int64_t c1, std::int64_t r0, std::int64_t r1) const {
     return double(c1 - c0 + 1) * double(r1 - r0 + 1) > double(items_.size()) + 16;

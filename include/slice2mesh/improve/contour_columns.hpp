@@ -18,6 +18,7 @@
 #include "slice2mesh/arrange/exact.hpp"
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/arrange/segment_index.hpp"
+#include "slice2mesh/core/all_from.hpp"
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/harmonize/contour_shape.hpp"
 #include "slice2mesh/harmonize/harmonize.hpp"
@@ -229,9 +230,9 @@ private:
     Int128 most_excess = 0;               // ... which a move may not bring above this, either way
     std::unique_ptr<SegmentIndex> start;  // edges of the contour where they were at first
     std::unique_ptr<SliceNearness> slice;
-    std::vector<std::int32_t> first_edge, edges;  // #V + 1 offsets; edges by vertex
-    std::vector<std::uint32_t> found;             // #E: by which search
-    std::uint32_t search = 0;                     // the last one
+    std::unique_ptr<EdgesAt> edges_at;
+    std::vector<std::uint32_t> found;  // #E: by which search
+    std::uint32_t search = 0;          // the last one
   };
 
   [[nodiscard]] std::int32_t resolve(std::int32_t v) const {
@@ -505,28 +506,16 @@ private:
     d.most_excess = Int128(2 * kAreaShare * eps_ * length);
     d.start = std::make_unique<SegmentIndex>(std::move(segments));
     d.found.assign(outline.edges.size(), 0);
-    d.first_edge.assign(outline.vertices.size() + 1, 0);
-    for (const Outline::Edge& e : outline.edges) {
-      ++d.first_edge[std::size_t(e.a) + 1];
-      ++d.first_edge[std::size_t(e.b) + 1];
-    }
-    std::partial_sum(d.first_edge.begin(), d.first_edge.end(), d.first_edge.begin());
-    d.edges.resize(std::size_t(d.first_edge.back()));
-    std::vector<std::int32_t> next(d.first_edge.begin(), d.first_edge.end() - 1);
-    for (std::size_t e = 0; e < outline.edges.size(); ++e)
-      for (const std::int32_t v : {outline.edges[e].a, outline.edges[e].b})
-        d.edges[std::size_t(next[std::size_t(v)]++)] = std::int32_t(e);
+    d.edges_at = std::make_unique<EdgesAt>(outline);
     return d;
   }
   /// Calls f(edge, vertex at its other end) for the edges at a contour vertex.
   template <class F>
   void for_each_edge(const Site& site, F&& f) {
     const SlabData& d = data(site.slab);
-    const Outline& outline = outlines_[std::size_t(site.slab)];
-    for (std::int32_t k = d.first_edge[std::size_t(site.vertex)]; k < d.first_edge[std::size_t(site.vertex) + 1]; ++k) {
-      const auto e = std::size_t(d.edges[std::size_t(k)]);
-      const Outline::Edge& edge = outline.edges[e];
-      f(e, edge.a == site.vertex ? edge.b : edge.a);
+    for (const std::int32_t e : (*d.edges_at)[std::size_t(site.vertex)]) {
+      const Outline::Edge& edge = outlines_[std::size_t(site.slab)].edges[std::size_t(e)];
+      f(std::size_t(e), edge.a == site.vertex ? edge.b : edge.a);
     }
   }
 
@@ -576,18 +565,6 @@ private:
     }
     std::sort(changing_.begin(), changing_.end());
     changing_.erase(std::unique(changing_.begin(), changing_.end()), changing_.end());
-  }
-  /// Does f hold for 0 to n - 1? Begins with `doubt`, which becomes the one for which it does not: the next place of a
-  /// column is likely to fail for the same one.
-  template <class F>
-  [[nodiscard]] static bool all_from(std::size_t& doubt, std::size_t n, F&& f) {
-    for (std::size_t i = 0; i < n; ++i) {
-      const std::size_t k = (doubt + i) % n;
-      if (f(k)) continue;
-      doubt = k;
-      return false;
-    }
-    return true;
   }
   /// Does nothing get in the way of anything that moves, on any plane?
   [[nodiscard]] bool way_is_clear() {

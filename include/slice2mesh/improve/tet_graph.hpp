@@ -48,7 +48,7 @@ public:
     }
     first_.push_back(std::int32_t(points_.size()));
     elements_.resize(mesh.tets.size());
-    const std::vector<std::int32_t> order = spatial_order(mesh);
+    const std::vector<std::int32_t> order = spatial_order(mesh, poll);
     for (std::size_t t = 0; t < order.size(); ++t) {
       elements_[t].v = mesh.tets[std::size_t(order[t])];
       elements_[t].slab = mesh.tet_slab[std::size_t(order[t])];
@@ -239,7 +239,8 @@ public:
 
 private:
   /// Tets by slabs, and in a slab along a Morton curve: what is near in space is near in memory.
-  [[nodiscard]] std::vector<std::int32_t> spatial_order(const Mesh& mesh) const {
+  template <class Poll>
+  [[nodiscard]] std::vector<std::int32_t> spatial_order(const Mesh& mesh, Poll&& poll) const {
     GridPoint low{kGridLimit, kGridLimit}, high{-kGridLimit, -kGridLimit};
     for (const GridPoint& p : points_) {
       low = {std::min(low.x, p.x), std::min(low.y, p.y)};
@@ -254,16 +255,24 @@ private:
       x = (x | x << 2) & 0x33333333U;
       return (x | x << 1) & 0x55555555U;
     };
+    std::vector<std::size_t> start(mesh.slabs.size() + 1, 0);
+    for (const std::int32_t slab : mesh.tet_slab) ++start[std::size_t(slab) + 1];
+    for (std::size_t s = 1; s < start.size(); ++s) start[s] += start[s - 1];
+    std::vector<std::size_t> next(start.begin(), start.end() - 1);
     std::vector<std::pair<std::uint64_t, std::int32_t>> keys(mesh.tets.size());
     for (std::size_t t = 0; t < keys.size(); ++t) {
+      poll();
       std::int64_t x = -4 * low.x, y = -4 * low.y;
       for (const std::int32_t v : mesh.tets[t]) {
         x += point(v).x;
         y += point(v).y;
       }
-      keys[t] = {std::uint64_t(mesh.tet_slab[t]) << 32 | spread(x >> shift) | spread(y >> shift) << 1, std::int32_t(t)};
+      keys[next[std::size_t(mesh.tet_slab[t])]++] = {spread(x >> shift) | spread(y >> shift) << 1, std::int32_t(t)};
     }
-    std::sort(keys.begin(), keys.end());
+    for (std::size_t s = 0; s + 1 < start.size(); ++s) {
+      for (std::size_t t = start[s]; t < start[s + 1]; ++t) poll();
+      std::sort(keys.begin() + std::ptrdiff_t(start[s]), keys.begin() + std::ptrdiff_t(start[s + 1]));
+    }
     std::vector<std::int32_t> order(keys.size());
     for (std::size_t t = 0; t < keys.size(); ++t) order[t] = keys[t].second;
     return order;

@@ -11,13 +11,13 @@
 #include <utility>
 #include <vector>
 
+#include "slice2mesh/arrange/faces.hpp"
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/arrange/snap_rounding.hpp"
 #include "slice2mesh/core/error.hpp"
 #include "slice2mesh/core/plc.hpp"
 #include "slice2mesh/core/short_number.hpp"
 #include "slice2mesh/harmonize/harmonize.hpp"
-#include "slice2mesh/triangulate/planar.hpp"
 
 namespace slice2mesh {
 

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "slice2mesh/arrange/faces.hpp"
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/core/diagnostics.hpp"
 #include "slice2mesh/core/error.hpp"
@@ -21,7 +22,6 @@
 #include "slice2mesh/pipeline/options.hpp"
 #include "slice2mesh/regions/slabs.hpp"
 #include "slice2mesh/regions/thicken.hpp"
-#include "slice2mesh/triangulate/planar.hpp"
 
 namespace slice2mesh {
 
