@@ -196,7 +196,7 @@ void add_meshing_options(CLI::App& app, slice2mesh::Options& options) {
       ->group(elements);
   add_count(app, "--improve-rounds", options.improve.rounds, "Rounds of improvement; 0: the raw fill")->group(elements);
   add_number(app, "--improve-target", options.improve.target,
-             "Elements with a worse R/3r are flipped, their vertices moved")
+             "Elements with a worse R/3r are flipped, and contours moved at them")
       ->group(elements);
   add_number(app, "--collapse-above", options.improve.collapse_above,
              "Vertices of elements with a worse R/3r are taken out where that gains")

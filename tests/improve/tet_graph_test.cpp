@@ -12,6 +12,7 @@
 
 #include "../plc/chain.hpp"
 #include "slice2mesh/improve/flips.hpp"
+#include "slice2mesh/improve/star_cost.hpp"
 #include "slice2mesh/improve/tet_graph.hpp"
 #include "slice2mesh/quality/tet_figures.hpp"
 #include "slice2mesh/tet/slab_filler.hpp"
@@ -210,4 +211,60 @@ TEST_CASE("how bad a tet is does not depend on the vertex it is rated from, and 
   }
   CHECK(plain > 100);
   CHECK(sharp > 0);
+}
+
+TEST_CASE(
+    "the cost of a star for any place of its vertex is that of its tets, rated one by one with the vertex there") {
+  std::size_t valid = 0, invalid = 0, cut = 0, sharp = 0;
+  std::mt19937 random(1711);
+  for (const NamedStack& named : stacks()) {
+    INFO(named.name);
+    Made made = make(named.stack);
+    TetGraph graph(made.stack, made.mesh, made.pitch, [] {});
+    detail::StarCost star;
+    for (std::int32_t v = 0; v < std::int32_t(graph.points().size()); v += 1 + v / 40) {
+      if (graph.star(v).empty()) continue;
+      const GridPoint start = graph.point(v);
+      star.take(graph, v);
+      double shortest = std::numeric_limits<double>::infinity();
+      for (const std::int32_t t : graph.star(v))
+        for (const std::int32_t u : graph[t].v)
+          if (u != v && graph.plane(u) == graph.plane(v))
+            shortest = std::min(shortest, detail::distance(start, graph.point(u)));
+      CHECK(star.shortest() == Approx(shortest).epsilon(1e-12));
+      for (const double share : {0.0, 0.1, 0.5, 2.0}) {
+        const double angle = double(random()) / 6.8e8;
+        const std::int64_t x = std::llround(share * shortest * std::cos(angle)),
+                           y = std::llround(share * shortest * std::sin(angle));
+        graph.set_point(v, {start.x + x, start.y + y});
+        double sum = 0;
+        std::vector<double> ratings;
+        for (const std::int32_t t : graph.star(v)) {
+          ratings.push_back(graph.rate(graph[t].v));
+          sum += std::isfinite(ratings.back()) ? detail::improvement_cost(ratings.back()) : ratings.back();
+        }
+        graph.set_point(v, start);
+        const double cost = star.at(x, y, std::numeric_limits<double>::infinity());
+        if (!std::isfinite(sum)) {
+          ++invalid;
+          CHECK_FALSE(std::isfinite(cost));
+          continue;
+        }
+        // Nearly flat tets have ratings of few digits, whatever the order of the terms.
+        if (*std::max_element(ratings.begin(), ratings.end()) > 1e4) continue;
+        ++valid;
+        CHECK(cost == Approx(sum).epsilon(1e-6));
+        for (std::size_t i = 0; i < ratings.size(); ++i) {
+          CHECK(star.rating(i) == Approx(ratings[i]).epsilon(1e-6));
+          sharp += std::size_t(ratings[i] > 3.5);
+        }
+        CHECK_FALSE(std::isfinite(star.at(x, y, 0.9 * sum)));
+        ++cut;
+      }
+    }
+  }
+  CHECK(valid > 500);
+  CHECK(invalid > 500);
+  CHECK(cut > 500);
+  CHECK(sharp > 500);
 }

@@ -20,6 +20,7 @@
 #include "slice2mesh/harmonize/harmonize.hpp"
 #include "slice2mesh/improve/contour_columns.hpp"
 #include "slice2mesh/improve/flips.hpp"
+#include "slice2mesh/improve/star_cost.hpp"
 #include "slice2mesh/improve/tet_graph.hpp"
 #include "slice2mesh/pipeline/options.hpp"
 #include "slice2mesh/triangulate/plane_stack.hpp"
@@ -60,15 +61,19 @@ public:
     std::int32_t round = 0;
     for (const double floor : {kBad, options_.target}) {
       floor_ = std::max(floor, options_.target);
-      const std::int32_t last = floor == kBad ? (options_.rounds + 1) / 2 : options_.rounds;
+      const std::int32_t first = round, last = floor == kBad ? (options_.rounds + 1) / 2 : options_.rounds;
       std::size_t most = 0;
       for (; round < last && !exhausted(); ++round) {
         share_ = double(round) / double(options_.rounds);
         report(progress_, Stage::Improve, share_);
-        const std::size_t done = flip_round() + smooth_round() + column_round(round) + collapse_round();
+        // Free vertices have their turn before contours. When all is polished, contours soon rest where nothing is bad.
+        const bool contours = columns_ && round >= kFirstColumnRound;
+        const double column_floor = round < first + kColumnRounds ? floor_ : std::max(floor_, kBad);
+        const std::size_t done =
+            flip_round() + smooth_round() + (contours ? column_round(column_floor) : 0) + collapse_round();
         most = std::max(most, done);
-        if (round < kFirstColumnRound && columns_) continue;
-        if (done == 0 || (columns_ && floor == kBad && double(done) < kLittle * double(most))) break;
+        if (columns_ && round < kFirstColumnRound) continue;
+        if (double(done) < (floor == kBad ? kLittle : kPolished) * double(most) || done == 0) break;
       }
     }
     share_ = 1;
@@ -154,54 +159,16 @@ private:
       }
     }
   }
-  /// Takes the tets around a vertex out, for ratings with the vertex in other places.
-  void take_star(std::int32_t v) {
-    static constexpr std::size_t kOthers[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};  // even permutations
-    const TetGraph::Vector& from = graph_.xyz(v);
-    corners_.clear();
-    for (const std::int32_t t : graph_.star(v)) {
-      const Tet& tet = graph_[t].v;
-      std::array<TetGraph::Vector, 3> e;
-      for (std::size_t i = 0; i < 3; ++i) {
-        const TetGraph::Vector& p = graph_.xyz(tet[kOthers[TetGraph::index_of(tet, v)][i]]);
-        e[i] = {p[0] - from[0], p[1] - from[1], p[2] - from[2]};
-      }
-      corners_.push_back(e);
-    }
-    ratings_.resize(corners_.size());
-  }
-  /// The cost of the tets of the star if its vertex were (x, y) pitches from where it was; infinite if one is not
-  /// positive, or as soon as it reaches `limit`. Else ratings_ has them.
-  double star_cost_at(std::int64_t x, std::int64_t y, double limit) {
-    const auto dx = double(x), dy = double(y);
-    double sum = 0;
-    for (std::size_t i = 0; i < corners_.size(); ++i) {
-      std::array<TetGraph::Vector, 3> e = corners_[i];
-      for (TetGraph::Vector& edge : e) edge[0] -= dx, edge[1] -= dy;
-      ratings_[i] = graph_.rate(e);
-      sum += improvement_cost(ratings_[i]);
-      if (!std::isfinite(ratings_[i]) || !(sum < limit)) return std::numeric_limits<double>::infinity();
-    }
-    return sum;
-  }
   /// Looks for a better place: along the contour by pattern search, else down the gradient.
   bool smooth(std::int32_t v) {
-    const Kind kind = kind_[std::size_t(v)];
-    if (kind == Kind::Fixed || graph_.star(v).empty()) return false;
-    const GridPoint start = point(v);
+    if (kind_[std::size_t(v)] == Kind::Fixed || graph_.star(v).empty()) return false;
     double current = 0;
     for (const std::int32_t t : graph_.star(v)) current += improvement_cost(graph_.badness(t));
-    const double initial = current;
-    take_star(v);
+    const double least = (1 - kLeastGain) * current;
+    const GridPoint start = point(v);
+    star_.take(graph_, v);
     GridPoint best = start;
-    // Ratings of the best place are kept.
-    const auto keep = [&](double cost, const GridPoint& p) {
-      current = cost;
-      best = p;
-      ratings_.swap(best_ratings_);
-      ratings_.resize(corners_.size());
-    };
-    if (kind == Kind::Sliding) {
+    if (kind_[std::size_t(v)] == Kind::Sliding) {
       const Neighbors n = slide_.at(v);
       const GridPoint a = point(resolve(n.previous)), b = point(resolve(n.next));
       const double length = distance(a, b);
@@ -215,46 +182,40 @@ private:
           const double next = at + s;
           if (!(next > 1) || !(next < length - 1)) continue;
           const GridPoint p{a.x + std::llround(next * dx), a.y + std::llround(next * dy)};
-          const double c = star_cost_at(p.x - start.x, p.y - start.y, current);
-          if (c < current) {
-            keep(c, p);
-            at = next;
-            better = true;
-            break;
-          }
+          const double c = star_.at(p.x - start.x, p.y - start.y, current);
+          if (!(c < current)) continue;
+          current = c;
+          best = p;
+          at = next;
+          better = true;
+          break;
         }
         if (!better) step /= 2;
       }
+      if (!(current < least)) return false;
+      (void)star_.at(best.x - start.x, best.y - start.y, std::numeric_limits<double>::infinity());
     } else {
       // One step down the gradient (forward differences), at first a third of the way to the nearest neighbor. More of
       // them before the neighbors, flips and collapses have their turn take longer and gain less.
-      double square = std::numeric_limits<double>::infinity();
-      for (const auto& tet : corners_)
-        for (const TetGraph::Vector& e : tet)
-          if (e[2] == 0) square = std::min(square, e[0] * e[0] + e[1] * e[1]);
-      const double shortest = std::sqrt(square);
-      const std::int64_t delta = std::llround(std::max(1.0, 1e-5 * shortest));
+      const std::int64_t delta = std::llround(std::max(1.0, kDifference * star_.shortest()));
       const double limit = std::numeric_limits<double>::infinity();
-      const double gx = star_cost_at(delta, 0, limit) - current, gy = star_cost_at(0, delta, limit) - current;
+      const double gx = star_.at(delta, 0, limit) - current, gy = star_.at(0, delta, limit) - current;
       const double g = std::hypot(gx, gy);
       if (!std::isfinite(g) || g == 0) return false;
-      double step = 0.3 * shortest;
-      for (int k = 0; k < kStepSizes; ++k, step *= 0.4) {
+      double step = 0.3 * star_.shortest();
+      for (int k = 0; k < kStepSizes && best == start; ++k, step *= 0.4) {
         const std::int64_t x = -std::llround(step * gx / g), y = -std::llround(step * gy / g);
-        const double c = star_cost_at(x, y, current);
-        if (!(c < current)) continue;
-        keep(c, {start.x + x, start.y + y});
-        break;
+        if (star_.at(x, y, least) < least) best = {start.x + x, start.y + y};
       }
+      if (best == start) return false;
     }
-    if (!(current < (1 - kLeastGain) * initial)) return false;
     graph_.set_point(v, best);
     if (!graph_.all_positive(graph_.star(v))) {
       graph_.set_point(v, start);
       return false;
     }
     graph_.new_stamp();
-    for (std::size_t i = 0; i < corners_.size(); ++i) graph_.rated(graph_.star(v)[i], best_ratings_[i]);
+    for (std::size_t i = 0; i < graph_.star(v).size(); ++i) graph_.rated(graph_.star(v)[i], star_.rating(i));
     return true;
   }
   /// Tries moves by class, the worst first, and marks when.
@@ -272,10 +233,11 @@ private:
     return done;
   }
   std::size_t smooth_round() {
-    // Movable vertices of bad tets.
+    // Movable vertices of bad tets. After these all are smoothed: that gains most for its time.
+    const double floor = floor_ < kBad ? kBest : floor_;
     std::vector<std::uint8_t> worst(kind_.size(), 3);
     for (std::int32_t t = 0; t < std::int32_t(graph_.size()); ++t)
-      if (graph_.badness(t) > floor_ && graph_.alive(t))
+      if (graph_.badness(t) > floor && graph_.alive(t))
         for (const std::int32_t v : graph_[t].v)
           worst[std::size_t(v)] = std::min(worst[std::size_t(v)], std::uint8_t(rank(graph_.badness(t))));
     std::array<std::vector<std::int32_t>, 3> order;
@@ -290,11 +252,11 @@ private:
   /// Finds all that moves with a column, and the tets around it.
   void take_column(std::size_t index) {
     columns_->take(index, before_);
-    star_.clear();
-    for (const auto& [v, p] : before_) star_.insert(star_.end(), graph_.star(v).begin(), graph_.star(v).end());
-    std::sort(star_.begin(), star_.end());
-    star_.erase(std::unique(star_.begin(), star_.end()), star_.end());
-    ratings_.resize(star_.size());
+    around_.clear();
+    for (const auto& [v, p] : before_) around_.insert(around_.end(), graph_.star(v).begin(), graph_.star(v).end());
+    std::sort(around_.begin(), around_.end());
+    around_.erase(std::unique(around_.begin(), around_.end()), around_.end());
+    ratings_.resize(around_.size());
   }
   void put(const std::vector<ContourColumns::Place>& places) {
     for (const auto& [v, p] : places) graph_.set_point(v, p);
@@ -305,8 +267,9 @@ private:
     if (!columns_->places(p, after_)) return std::numeric_limits<double>::infinity();
     put(after_);
     double sum = 0;
-    for (std::size_t i = 0; i < star_.size(); ++i) {
-      ratings_[i] = graph_.rate(graph_[star_[i]].v);
+    for (std::size_t i = 0; i < around_.size(); ++i) {
+      poll();  // a column may stand in any number of slabs
+      ratings_[i] = graph_.rate(graph_[around_[i]].v);
       sum += improvement_cost(ratings_[i]);
       if (!std::isfinite(ratings_[i]) || !(sum < limit)) return std::numeric_limits<double>::infinity();
     }
@@ -317,13 +280,13 @@ private:
     take_column(index);
     const GridPoint from = columns_->place(index);
     double current = 0, shortest = std::numeric_limits<double>::infinity();
-    for (const std::int32_t t : star_) current += improvement_cost(graph_.badness(t));
+    for (const std::int32_t t : around_) current += improvement_cost(graph_.badness(t));
     for (const std::int32_t v : columns_->vertices(index))
       for (const std::int32_t t : graph_.star(v))
         for (const std::int32_t u : graph_[t].v)
           if (u != v && graph_.plane(u) == graph_.plane(v)) shortest = std::min(shortest, distance(from, point(u)));
     const double limit = std::numeric_limits<double>::infinity();
-    const double delta = std::max(4 * double(kContourStep), 1e-5 * shortest);
+    const double delta = std::max(4 * double(kContourStep), kDifference * shortest);
     const GridPoint along = columns_->along(index);
     double tx = double(along.x), ty = double(along.y);
     const double t = std::hypot(tx, ty);
@@ -353,10 +316,10 @@ private:
     double step = std::min(0.3 * shortest, columns_->reach());
     for (int k = 0; k < kStepSizes; ++k, step *= 0.4) {
       if (column_cost_at({from.x + std::llround(step * dx), from.y + std::llround(step * dy)}, least) < least &&
-          graph_.all_positive(star_) && columns_->may_move(keep)) {
+          graph_.all_positive(around_) && columns_->may_move(keep)) {
         columns_->moved();
         graph_.new_stamp();
-        for (std::size_t i = 0; i < star_.size(); ++i) graph_.rated(star_[i], ratings_[i]);
+        for (std::size_t i = 0; i < around_.size(); ++i) graph_.rated(around_[i], ratings_[i]);
         return true;
       }
       put(before_);
@@ -364,11 +327,10 @@ private:
     return false;
   }
   /// Contours move only where elements are bad after other means had their turn: elsewhere they stay what they are.
-  std::size_t column_round(std::int32_t round) {
-    if (!columns_ || round < kFirstColumnRound) return 0;
+  std::size_t column_round(double floor) {
     std::vector<double> worst(columns_->size(), 0);
     for (std::int32_t t = 0; t < std::int32_t(graph_.size()); ++t)
-      if (graph_.badness(t) > floor_ && graph_.alive(t))
+      if (graph_.badness(t) > floor && graph_.alive(t))
         for (const std::int32_t v : graph_[t].v)
           if (columns_->of(v) != kNone) {
             double& w = worst[std::size_t(columns_->of(v))];
@@ -546,8 +508,12 @@ private:
   static constexpr std::int64_t kPollEvery = 1 << 16;   ///< ratings
   static constexpr double kVeryBad = 8;                 ///< R/3r
   static constexpr double kBad = 3;                     ///< R/3r; what is above is worked on first
+  static constexpr double kBest = 1;                    ///< R/3r of a regular tet
   static constexpr std::int32_t kFirstColumnRound = 2;  ///< from 0; flips and free vertices have their turn before
+  static constexpr std::int32_t kColumnRounds = 2;      ///< of those for all tets in which all contours move
   static constexpr double kLittle = 0.4;        ///< of the operations of the best round: what is bad has had its turn
+  static constexpr double kPolished = 0.2;      ///< the same where all is polished
+  static constexpr double kDifference = 1e-5;   ///< of the shortest edge: step of forward differences
   static constexpr int kStepSizes = 4;          ///< of a move, each 0.4 of the one before
   static constexpr double kLeastSlope = 0.1;    ///< share of the gradient that a move along a contour has to have
   static constexpr double kCollapseGain = 0.1;  ///< what a collapse has to gain in the sum of R/3r ...
@@ -569,12 +535,11 @@ private:
   double floor_ = kBad;
   std::int64_t next_poll_ = 0;
   std::vector<std::uint32_t> tried_smooth_, tried_pairs_, tried_column_;  // stamps
-  // Of the vertex in question: its tets by their edges to the others; of it or a column, the ratings.
-  std::vector<std::array<TetGraph::Vector, 3>> corners_;
-  std::vector<double> ratings_, best_ratings_;
+  StarCost star_;                                                         // of the vertex in question
   std::vector<std::int32_t> neighbors_;
   std::vector<std::pair<double, std::pair<std::int32_t, std::int32_t>>> pairs_;
-  std::vector<std::int32_t> star_;                     // tets around the column in question
+  std::vector<std::int32_t> around_;                   // tets around the column in question ...
+  std::vector<double> ratings_;                        // ... and their ratings
   std::vector<ContourColumns::Place> before_, after_;  // where what moves with it was, and where it would go
 };
 

@@ -18,6 +18,9 @@
 
 namespace slice2mesh::detail {
 
+inline constexpr double kLookAtAngles = 3.5;  ///< R/3r; angles of better tets are not small
+inline constexpr double kAngleWeight = 0.6;   ///< over the sine of a dihedral angle: 4 degrees are as bad as 8.6
+
 /// Tets of all slabs with their neighbors, and vertices with the tets around. Vertices of all planes are counted
 /// through. A stamp says of every vertex when a tet around it changed last.
 class TetGraph {
@@ -176,6 +179,8 @@ public:
   }
   /// Ratings so far: a measure of time that is the same on every machine.
   [[nodiscard]] std::int64_t work() const { return work_; }
+  /// Counts ratings that were made elsewhere.
+  void count(std::int64_t ratings) const { work_ += ratings; }
 
   // --- changes
   /// Takes tets out and puts others into the same place, which they fill.
@@ -351,9 +356,6 @@ private:
     }
     return t;
   }
-
-  static constexpr double kLookAtAngles = 3.5;  ///< R/3r; angles of better tets are not small
-  static constexpr double kAngleWeight = 0.6;   ///< over the sine of a dihedral angle: 4 degrees are as bad as 8.6
 
   std::vector<std::int32_t> first_;
   std::vector<GridPoint> points_;
