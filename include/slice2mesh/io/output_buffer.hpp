@@ -10,7 +10,10 @@
 #include <cstring>
 #include <ostream>
 #include <string_view>
+#include <utility>
 #include <vector>
+
+#include "slice2mesh/core/progress.hpp"
 
 namespace slice2mesh::detail {
 
@@ -26,7 +29,9 @@ namespace slice2mesh::detail {
 /// tells so, as with any stream. `flush` must be called at the end.
 class OutputBuffer {
 public:
-  explicit OutputBuffer(std::ostream& out) : out_(out), block_(kBlockBytes) {}
+  /// `progress` hears of Stage::Write once a block, with the share 0. Errors: Cancelled.
+  explicit OutputBuffer(std::ostream& out, Progress progress = {})
+      : out_(out), progress_(std::move(progress)), block_(kBlockBytes) {}
   OutputBuffer(const OutputBuffer&) = delete;
   OutputBuffer& operator=(const OutputBuffer&) = delete;
 
@@ -89,6 +94,7 @@ public:
     used_ += count;
   }
   void flush() {
+    report(progress_, Stage::Write, 0);
     if (out_ && used_ > 0) out_.write(block_.data(), static_cast<std::streamsize>(used_));
     used_ = 0;
   }
@@ -103,6 +109,7 @@ private:
   }
 
   std::ostream& out_;
+  Progress progress_;
   std::vector<char> block_;
   std::size_t used_ = 0;
 };
