@@ -234,7 +234,7 @@ private:
   }
   std::size_t smooth_round() {
     // Movable vertices of bad tets. After these all are smoothed: that gains most for its time.
-    const double floor = floor_ < kBad ? kBest : floor_;
+    const double floor = floor_ < kBad ? kSmoothed : floor_;
     std::vector<std::uint8_t> worst(kind_.size(), 3);
     for (std::int32_t t = 0; t < std::int32_t(graph_.size()); ++t)
       if (graph_.badness(t) > floor && graph_.alive(t))
@@ -505,10 +505,10 @@ private:
     }
   }
 
-  static constexpr std::int64_t kPollEvery = 1 << 16;   ///< ratings
-  static constexpr double kVeryBad = 8;                 ///< R/3r
-  static constexpr double kBad = 3;                     ///< R/3r; what is above is worked on first
-  static constexpr double kBest = 1;                    ///< R/3r of a regular tet
+  static constexpr std::int64_t kPollEvery = 1 << 16;  ///< ratings
+  static constexpr double kVeryBad = 8;                ///< R/3r
+  static constexpr double kBad = 3;                    ///< R/3r; what is above is worked on first
+  static constexpr double kSmoothed = 1.4;  ///< R/3r; all above is smoothed at last: a little more than that of columns
   static constexpr std::int32_t kFirstColumnRound = 2;  ///< from 0; flips and free vertices have their turn before
   static constexpr std::int32_t kColumnRounds = 2;      ///< of those for all tets in which all contours move
   static constexpr double kLittle = 0.4;        ///< of the operations of the best round: what is bad has had its turn
