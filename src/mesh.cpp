@@ -131,20 +131,16 @@ int mesh_file(const MeshJob& job) {
   result.diagnostics = all;
 
   const bool passed = result.report.certificate.passed();
-  const slice2mesh::Progress listener = [](slice2mesh::Stage, double) { return !interrupted(); };
   if (passed) {
     for (const std::string& path : job.outputs) {
-      slice2mesh::WriteOptions write = job.write;
-      write.progress = listener;
-      slice2mesh::report(listener, slice2mesh::Stage::Write, 0);
-      slice2mesh::write_mesh(path, result.mesh, write);
+      if (interrupted()) throw slice2mesh::Cancelled(slice2mesh::Stage::Write);
+      slice2mesh::write_mesh(path, result.mesh, job.write);
       log("wrote " + path);
     }
   }
   if (!job.plc.empty()) {
     slice2mesh::PlcWriteOptions plc_options;
     plc_options.inner_faces = !job.plc_skin;
-    plc_options.progress = listener;
     slice2mesh::write_plc(job.plc, result.plc, plc_options);
     log("wrote " + job.plc);
   }

@@ -497,41 +497,6 @@ TEST_CASE("a mesh that cannot be written leaves the old file alone and no other 
   attempt_all(bad);
 }
 
-TEST_CASE("a listener that wants to stop a writer gets no file, and the old one stays") {
-  const Mesh mesh = sample();
-  const slice2mesh_test::TemporaryDirectory directory;
-  slice2mesh::WriteOptions options;
-  std::size_t calls = 0, stop_at = 1;
-  options.progress = [&](slice2mesh::Stage stage, double) {
-    CHECK(stage == slice2mesh::Stage::Write);
-    return ++calls < stop_at;
-  };
-  for (const char* const name : {"a.vtu", "a.pvd", "a.msh", "a.mesh", "a.inp", "a.mfem"}) {
-    INFO(name);
-    if (std::string(name) != "a.pvd") std::ofstream(directory.file(name)) << "old";
-    calls = 0, stop_at = 1;
-    CHECK_THROWS_AS(slice2mesh::write_mesh(directory.file(name), mesh, options), slice2mesh::Cancelled);
-    CHECK(calls == 1);
-    if (std::string(name) != "a.pvd") CHECK(file_text(directory.file(name)) == "old");
-    std::size_t files = 0;
-    for (const auto& entry : std::filesystem::directory_iterator(directory.path())) {
-      INFO(entry.path().string());
-      ++files;
-      CHECK(entry.path().filename() == name);
-    }
-    CHECK(files == std::size_t(std::string(name) != "a.pvd"));
-    // One that does not want to stop gets the file of nobody.
-    calls = 0, stop_at = 1000000;
-    slice2mesh::write_mesh(directory.file(name), mesh, options);
-    CHECK(calls > 0);
-    const std::string heard = file_text(directory.file(name));
-    slice2mesh::write_mesh(directory.file(name), mesh);
-    CHECK(file_text(directory.file(name)) == heard);
-    std::filesystem::remove_all(directory.path());
-    std::filesystem::create_directory(directory.path());
-  }
-}
-
 TEST_CASE("files do not depend on the global locale, and the same mesh gives the same bytes") {
   struct Comma : std::numpunct<char> {
     char do_decimal_point() const override { return ','; }

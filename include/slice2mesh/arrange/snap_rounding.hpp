@@ -299,12 +299,9 @@ private:
     const std::vector<GridPoint>& points = numbers.points();
     std::vector<std::int32_t> order(points.size()), rank(points.size());
     std::iota(order.begin(), order.end(), 0);
-    listen.now();
     std::sort(order.begin(), order.end(), [&](std::int32_t u, std::int32_t v) {
-      listen();
       return points[static_cast<std::size_t>(u)] < points[static_cast<std::size_t>(v)];
     });
-    listen.now();
     hot.reserve(points.size());
     for (const std::int32_t v : order) {
       rank[static_cast<std::size_t>(v)] = static_cast<std::int32_t>(hot.size());
@@ -333,11 +330,7 @@ private:
       const auto [a, b] = ends_of[i];
       if (a >= 0) sorted.emplace_back(packed(std::min(a, b), std::max(a, b)), static_cast<std::int32_t>(i));
     }
-    listen.now();
-    std::sort(sorted.begin(), sorted.end(), [&](const auto& a, const auto& b) {
-      listen();
-      return a < b;
-    });
+    std::sort(sorted.begin(), sorted.end());
     for (std::size_t i = 0; i < sorted.size(); ++i) {
       const auto& [ends, segment] = sorted[i];
       if (i == 0 || ends != sorted[i - 1].first)
@@ -394,10 +387,7 @@ private:
       }
     }
   }
-  std::sort(pairs.begin(), pairs.end(), [&](const Pair& a, const Pair& b) {
-    listen();
-    return a < b;
-  });
+  std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   result.crossings = pairs.size();
   for (const Pair& p : pairs) {
@@ -405,10 +395,7 @@ private:
     hot.push_back(detail::rounded_crossing(s.a, s.b, t.a, t.b));
   }
   if (!pairs.empty()) {
-    std::sort(hot.begin(), hot.end(), [&](const GridPoint& a, const GridPoint& b) {
-      listen();
-      return a < b;
-    });
+    std::sort(hot.begin(), hot.end());
     hot.erase(std::unique(hot.begin(), hot.end()), hot.end());
   }
 
@@ -466,10 +453,7 @@ private:
       pieces.push_back({packed(a, b), segment.tag, winding});
     }
   }
-  std::sort(pieces.begin(), pieces.end(), [&](const Piece& a, const Piece& b) {
-    listen();
-    return a < b;
-  });
+  std::sort(pieces.begin(), pieces.end());
   for (std::size_t i = 0; i < pieces.size();) {
     const std::uint64_t ends = pieces[i].ends;
     Arrangement::Edge edge{static_cast<std::int32_t>(ends >> 32), static_cast<std::int32_t>(ends & 0xFFFFFFFFU),
@@ -526,7 +510,6 @@ struct Attachment {
   if (reach > 0 && !segments.empty()) {
     detail::PointNumbers numbers(2 * segments.size());
     for (const TaggedSegment& s : segments) {
-      listen();
       length += detail::distance(s.from, s.to);
       segment_ends.push_back({numbers.of(s.from), numbers.of(s.to)});
     }
@@ -562,7 +545,6 @@ struct Attachment {
   const auto scaled = [](const GridPoint& p) { return GridPoint{p.x / kContourStep, p.y / kContourStep}; };
   std::vector<std::size_t> on;
   for (std::size_t index = 0; index < segments.size(); ++index) {
-    listen();
     const TaggedSegment& s = segments[index];
     first_piece.push_back(pieces.size());
     on.clear();
@@ -603,9 +585,7 @@ struct Attachment {
     pieces.push_back({scaled(last), scaled(s.to), s.tag});
   }
   first_piece.push_back(pieces.size());
-  listen.now();
   Arrangement result = detail::snap_round_unit(pieces, poll);
-  listen.now();
   for (GridPoint& p : result.vertices) p = {p.x * kContourStep, p.y * kContourStep};
   // Chains of the segments from those of their pieces.
   Arrangement chained;

@@ -39,12 +39,8 @@ public:
   void operator()(std::size_t work = 1) {
     steps_ += work;
     if (steps_ < every_ || !function_) return;
-    now();
-  }
-  /// Calls it in any case: between pieces of work that are not counted.
-  void now() {
     steps_ = 0;
-    if (function_) function_();
+    function_();
   }
 
 private:

@@ -45,12 +45,10 @@ inline bool improve(const LayerRegions& regions, Contours& contours, PlaneStack&
     if (const detail::ContourColumns* columns = optimizer.columns()) {
       contours.outlines = columns->outlines();
       const double eps = contours.tolerance / contours.grid.pitch;
-      for (std::size_t s = 0; s < contours.outlines.size(); ++s) {
-        poll();
+      for (std::size_t s = 0; s < contours.outlines.size(); ++s)
         if (columns->touched()[s])
           contours.deviation[s] =
               detail::measured_deviation(contours.outlines[s], regions.outlines[s], eps, poll) * contours.grid.pitch;
-      }
     }
   }
   poll();

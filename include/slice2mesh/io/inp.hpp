@@ -101,7 +101,7 @@ inline void write_inp(std::ostream& out, const Mesh& mesh, const WriteOptions& o
   const std::vector<std::string> names = detail::region_names(mesh);
   const std::vector<detail::SurfaceSet> surfaces = detail::wanted_surfaces(mesh, options, true);
   const detail::FileNodes nodes(mesh, options.quadratic);
-  detail::OutputBuffer buffer(out, options.progress);
+  detail::OutputBuffer buffer(out);
   buffer.text("** slice2mesh: lengths in mm\n*NODE, NSET=NALL\n");
   for (std::size_t v = 0; v < nodes.count(); ++v) {
     buffer.integer(v + 1);

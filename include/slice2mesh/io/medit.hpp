@@ -30,7 +30,7 @@ inline void write_medit(std::ostream& out, const Mesh& mesh, const WriteOptions&
   const std::vector<detail::SurfaceSet> surfaces = detail::wanted_surfaces(mesh, options, false);
   std::size_t triangle_count = 0;
   for (const detail::SurfaceSet& set : surfaces) triangle_count += set.faces.size();
-  detail::OutputBuffer buffer(out, options.progress);
+  detail::OutputBuffer buffer(out);
   buffer.text("MeshVersionFormatted 2\n\nDimension 3\n\nVertices\n").integer(mesh.vertices.size()).character('\n');
   for (const std::array<double, 3>& p : mesh.vertices)
     buffer.real(p[0]).character(' ').real(p[1]).character(' ').real(p[2]).text(" 0\n");

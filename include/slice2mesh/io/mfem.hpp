@@ -37,7 +37,7 @@ inline void write_mfem(std::ostream& out, const Mesh& mesh, const WriteOptions& 
   const auto attribute = [slab_count](std::int32_t slab, std::int32_t region) {
     return static_cast<std::size_t>(region) * slab_count + static_cast<std::size_t>(slab) + 1;
   };
-  detail::OutputBuffer buffer(out, options.progress);
+  detail::OutputBuffer buffer(out);
   buffer.text(options.mfem_names ? "MFEM mesh v1.3\n" : "MFEM mesh v1.0\n");
   buffer.text("\ndimension\n3\n\nelements\n").integer(mesh.tets.size()).character('\n');
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {

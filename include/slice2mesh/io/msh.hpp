@@ -37,7 +37,7 @@ inline void write_msh(std::ostream& out, const Mesh& mesh, const WriteOptions& o
   std::size_t triangle_count = 0;
   for (const detail::SurfaceSet& set : surfaces) triangle_count += set.faces.size();
   const bool binary = options.binary;
-  detail::OutputBuffer buffer(out, options.progress);
+  detail::OutputBuffer buffer(out);
 
   // Numbers of one line (text) or one record (binary): int is 4 bytes, size_t 8.
   const auto put_int = [&](std::int32_t value) {

@@ -10,10 +10,7 @@
 #include <cstring>
 #include <ostream>
 #include <string_view>
-#include <utility>
 #include <vector>
-
-#include "slice2mesh/core/progress.hpp"
 
 namespace slice2mesh::detail {
 
@@ -29,9 +26,7 @@ namespace slice2mesh::detail {
 /// tells so, as with any stream. `flush` must be called at the end.
 class OutputBuffer {
 public:
-  /// `progress` hears of Stage::Write once a block, with the share 0. Errors: Cancelled.
-  explicit OutputBuffer(std::ostream& out, Progress progress = {})
-      : out_(out), progress_(std::move(progress)), block_(kBlockBytes) {}
+  explicit OutputBuffer(std::ostream& out) : out_(out), block_(kBlockBytes) {}
   OutputBuffer(const OutputBuffer&) = delete;
   OutputBuffer& operator=(const OutputBuffer&) = delete;
 
@@ -94,7 +89,6 @@ public:
     used_ += count;
   }
   void flush() {
-    report(progress_, Stage::Write, 0);
     if (out_ && used_ > 0) out_.write(block_.data(), static_cast<std::streamsize>(used_));
     used_ = 0;
   }
@@ -109,7 +103,6 @@ private:
   }
 
   std::ostream& out_;
-  Progress progress_;
   std::vector<char> block_;
   std::size_t used_ = 0;
 };

@@ -70,7 +70,7 @@ struct PlcSelection {
 /// taken. Cost: linear. The same holds for the other formats.
 inline void write_off(std::ostream& out, const Plc& plc, const PlcWriteOptions& options = {}) {
   const detail::PlcSelection selection = detail::select_facets(plc, options);
-  detail::OutputBuffer buffer(out, options.progress);
+  detail::OutputBuffer buffer(out);
   buffer.text("OFF\n").integer(selection.points.size()).character(' ').integer(selection.faces.size()).text(" 0\n");
   for (const std::array<double, 3>& p : selection.points)
     buffer.real(p[0]).character(' ').real(p[1]).character(' ').real(p[2]).character('\n');
@@ -82,7 +82,7 @@ inline void write_off(std::ostream& out, const Plc& plc, const PlcWriteOptions& 
 /// Write a PLC as OBJ, one group ("g down", "g up", ...) per label. Otherwise as `write_off`.
 inline void write_obj(std::ostream& out, const Plc& plc, const PlcWriteOptions& options = {}) {
   const detail::PlcSelection selection = detail::select_facets(plc, options);
-  detail::OutputBuffer buffer(out, options.progress);
+  detail::OutputBuffer buffer(out);
   for (const std::array<double, 3>& p : selection.points)
     buffer.text("v ").real(p[0]).character(' ').real(p[1]).character(' ').real(p[2]).character('\n');
   for (const FacetLabel label :
@@ -105,7 +105,7 @@ inline void write_obj(std::ostream& out, const Plc& plc, const PlcWriteOptions& 
 /// Otherwise as `write_off`.
 inline void write_ply(std::ostream& out, const Plc& plc, const PlcWriteOptions& options = {}) {
   const detail::PlcSelection selection = detail::select_facets(plc, options);
-  detail::OutputBuffer buffer(out, options.progress);
+  detail::OutputBuffer buffer(out);
   buffer.text("ply\nformat binary_little_endian 1.0\ncomment label: 0 down, 1 up, 2 interface, 3 wall, 4 inner_wall\n");
   buffer.text("element vertex ").integer(selection.points.size());
   buffer.text("\nproperty double x\nproperty double y\nproperty double z\nelement face ")
@@ -129,7 +129,7 @@ inline void write_ply(std::ostream& out, const Plc& plc, const PlcWriteOptions& 
 inline void write_stl(std::ostream& out, const Plc& plc, const PlcWriteOptions& options = {}) {
   const detail::PlcSelection selection = detail::select_facets(plc, options);
   if (selection.faces.size() > 0xffffffffU) throw Error(Stage::Write, "more triangles than STL can count");
-  detail::OutputBuffer buffer(out, options.progress);
+  detail::OutputBuffer buffer(out);
   std::array<char, 80> header{};  // must not begin with "solid"
   const std::string title = "slice2mesh, millimetres";
   std::copy(title.begin(), title.end(), header.begin());

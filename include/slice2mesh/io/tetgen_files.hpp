@@ -203,7 +203,7 @@ void for_each_edge(const Plc& plc, const std::vector<std::size_t>& facets, Visit
 /// do not fit together. Cost: n log n.
 inline void write_poly(std::ostream& out, const Plc& plc, const PlcWriteOptions& options = {}) {
   const detail::PlcSelection selection = detail::select_facets(plc, options);
-  detail::OutputBuffer buffer(out, options.progress);
+  detail::OutputBuffer buffer(out);
   buffer.integer(selection.points.size()).text(" 3 0 0\n");
   for (std::size_t v = 0; v < selection.points.size(); ++v) {
     buffer.integer(v);

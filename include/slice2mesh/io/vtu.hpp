@@ -226,7 +226,7 @@ inline void write_vtu(std::ostream& out, const Mesh& mesh, const WriteOptions& o
       offset += sizeof(std::uint64_t) + array.bytes();
     }
   };
-  detail::OutputBuffer buffer(out, options.progress);
+  detail::OutputBuffer buffer(out);
   std::uint64_t offset = 0;
   buffer.text("<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"")
       .text(detail::is_little_endian() ? "LittleEndian" : "BigEndian")

@@ -8,8 +8,6 @@
 #include <functional>
 #include <optional>
 
-#include "slice2mesh/core/progress.hpp"
-
 namespace slice2mesh {
 
 /// A thermal job in which the layers come to life one after the other, each at the initial temperature. Units are those
@@ -43,15 +41,11 @@ struct WriteOptions {
   std::function<double(std::int32_t slab, std::size_t tet)> activation;
   /// INP, `write_mesh` with a path: if set, `<stem>_steps.inp` is written as well, the job of `write_inp_steps`
   std::optional<InpStepOptions> inp_steps;
-  /// all but Exodus and TetGen: called with Stage::Write and the share 0 for every MB. If it returns false, `Cancelled`
-  /// is thrown, and a file that was to be written does not appear
-  Progress progress;
 };
 
 /// What the PLC writers can be told.
 struct PlcWriteOptions {
   bool inner_faces = true;  ///< false: the outer skin alone, with the vertices it uses
-  Progress progress;        ///< called with Stage::Write and the share 0 for every MB; false: `Cancelled`, and no file
 };
 
 }  // namespace slice2mesh

@@ -44,7 +44,6 @@ public:
       : grid_(plc.grid) {
     eps_ = eps / grid_.pitch;
     Poll listen(poll, 1 << 16);
-    listen.now();
     points_ = plc.vertices;
     start_.assign(plc.vertices.size() + 1, 0);
     const auto visit = [&](auto&& f) {
@@ -82,10 +81,7 @@ public:
     }
     for (std::size_t v = 0; v < points_.size(); ++v)
       if (start_[v] != start_[v + 1]) by_position_.push_back({plc.position(v), std::int32_t(v)});
-    std::sort(by_position_.begin(), by_position_.end(), [&](const auto& a, const auto& b) {
-      listen();
-      return a < b;
-    });
+    std::sort(by_position_.begin(), by_position_.end());
     if (input != nullptr) find_input_corners(*input, listen);
   }
 
@@ -174,7 +170,6 @@ private:
       const Outline& outline = input[s];
       std::vector<std::vector<double>> around(outline.vertices.size());
       for (const Outline::Edge& e : outline.edges) {
-        listen();
         const GridPoint &a = outline.vertices[std::size_t(e.a)], &b = outline.vertices[std::size_t(e.b)];
         around[std::size_t(e.a)].push_back(direction(a, b));
         around[std::size_t(e.b)].push_back(direction(b, a));

@@ -127,12 +127,12 @@ private:
       high = {std::max(high.x, p.x), std::max(high.y, p.y)};
     }
   }
-  detail::Poll listen(poll, 1024);
-  const detail::SegmentIndex own_index(own, &listen);
+  const detail::SegmentIndex own_index(own);
   // Contours of the next planes: their vertices stand here too, so that the slab between has columns under them.
   std::vector<std::pair<GridPoint, GridPoint>> next;
   constexpr double kImprintFromContour = 0.7, kImprintSpacing = 0.6;  // of the contour size
   constexpr double kLatticeFromContour = 0.6;                         // of the lattice spacing
+  detail::Poll listen(poll, 1024);
   detail::SpacedPoints taken(std::max(1.0, sizes.contour_size * kImprintSpacing));
   const auto imprint = [&](std::int32_t s) {
     const Outline& outline = contours.outlines[std::size_t(s)];

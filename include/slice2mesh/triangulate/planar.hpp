@@ -51,9 +51,7 @@ inline std::vector<Cdt::Vertex_handle> insert_points(Cdt& cdt, const std::vector
   std::vector<std::size_t> order(points.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   using Traits = CGAL::Spatial_sort_traits_adapter_2<CdtKernel, CGAL::Pointer_property_map<CdtPoint>::const_type>;
-  if (poll) poll();
   CGAL::hilbert_sort(order.begin(), order.end(), Traits(CGAL::make_property_map(std::as_const(coordinates))));
-  if (poll) poll();
   std::vector<Cdt::Vertex_handle> handles(points.size());
   Cdt::Face_handle hint;
   Poll listen(poll, 1024);

@@ -83,29 +83,23 @@ public:
     PlaneMesh mesh;
     mesh.z = plane_.z;
     for (const Cdt::Face_handle f : cdt_.finite_face_handles()) {
-      poll();
       if (!material(f->info())) continue;
       mesh.triangles.push_back({f->vertex(0)->info(), f->vertex(1)->info(), f->vertex(2)->info()});
       mesh.sides.push_back(cells(f->info()));
     }
     std::vector<std::vector<std::int32_t>> pieces(plane_.overlay.edges.size());
     for (std::size_t e = 0; e < pieces.size(); ++e)
-      for (auto s = std::int32_t(e); s != kNone; s = subs_[std::size_t(s)].next) {
-        poll();
+      for (auto s = std::int32_t(e); s != kNone; s = subs_[std::size_t(s)].next)
         pieces[e].push_back(subs_[std::size_t(s)].a);
-      }
     std::unordered_map<std::uint64_t, std::int32_t> edge_of;
     edge_of.reserve(pieces.size() * 2);
-    for (std::size_t e = 0; e < pieces.size(); ++e) {
-      poll();
+    for (std::size_t e = 0; e < pieces.size(); ++e)
       edge_of[key(plane_.overlay.edges[e].a, plane_.overlay.edges[e].b)] = std::int32_t(e);
-    }
     const auto chains = [&](const std::vector<std::vector<std::int32_t>>& paths,
                             std::vector<std::vector<std::int32_t>>& result) {
       for (const std::vector<std::int32_t>& path : paths) {
         std::vector<std::int32_t> chain;
         for (std::size_t i = 0; i + 1 < path.size(); ++i) {
-          poll();
           const auto e = std::size_t(edge_of.at(key(path[i], path[i + 1])));
           if (plane_.overlay.edges[e].a == path[i])
             chain.insert(chain.end(), pieces[e].begin(), pieces[e].end());
