@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "slice2mesh/core/compensated_sum.hpp"
 #include "slice2mesh/core/error.hpp"
 #include "slice2mesh/core/mesh.hpp"
+#include "slice2mesh/core/progress.hpp"
 
 namespace slice2mesh {
 
@@ -85,13 +87,16 @@ struct BoundarySets {
 namespace detail {
 
 /// Throws unless the arrays of the mesh fit together: lengths, and every index in range.
-inline void check_mesh_arrays(const Mesh& mesh, Stage stage) {
+/// `poll` is called now and then.
+inline void check_mesh_arrays(const Mesh& mesh, Stage stage, const std::function<void()>& poll = {}) {
   if (mesh.tet_slab.size() != mesh.tets.size() || mesh.tet_region.size() != mesh.tets.size())
     throw Error(stage, "tet_slab and tet_region must be as long as tets");
   const auto vertices = static_cast<std::int64_t>(mesh.vertices.size());
   const auto slabs = static_cast<std::int64_t>(mesh.slabs.size());
   const auto regions = static_cast<std::int64_t>(mesh.regions.size());
+  Poll listen(poll, 1 << 16);
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    listen();
     bool good =
         mesh.tet_slab[t] >= 0 && mesh.tet_slab[t] < slabs && mesh.tet_region[t] >= 0 && mesh.tet_region[t] < regions;
     for (const std::int32_t v : mesh.tets[t]) good = good && v >= 0 && v < vertices;
