@@ -131,16 +131,20 @@ int mesh_file(const MeshJob& job) {
   result.diagnostics = all;
 
   const bool passed = result.report.certificate.passed();
+  slice2mesh::WriteOptions write = job.write;
+  write.poll = [] {
+    if (interrupted()) throw slice2mesh::Cancelled(slice2mesh::Stage::Write);
+  };
   if (passed) {
     for (const std::string& path : job.outputs) {
-      if (interrupted()) throw slice2mesh::Cancelled(slice2mesh::Stage::Write);
-      slice2mesh::write_mesh(path, result.mesh, job.write);
+      slice2mesh::write_mesh(path, result.mesh, write);
       log("wrote " + path);
     }
   }
   if (!job.plc.empty()) {
     slice2mesh::PlcWriteOptions plc_options;
     plc_options.inner_faces = !job.plc_skin;
+    plc_options.poll = write.poll;
     slice2mesh::write_plc(job.plc, result.plc, plc_options);
     log("wrote " + job.plc);
   }

@@ -497,6 +497,59 @@ TEST_CASE("a mesh that cannot be written leaves the old file alone and no other 
   attempt_all(bad);
 }
 
+TEST_CASE("a listener of a writer changes nothing, and one that throws leaves the old file alone and no other behind") {
+  struct Stop {};
+  const Mesh mesh = sample();
+  std::vector<std::string> names = {"a.vtu", "a.msh", "a.mesh", "a.inp", "a.mfem", "a.node", "a.pvd"};
+  if (slice2mesh::kHasExodus) names.emplace_back("a.exo");
+  for (const std::string& name : names) {
+    CAPTURE(name);
+    const slice2mesh_test::TemporaryDirectory directory;
+    slice2mesh::write_mesh(directory.file(name), mesh);
+    const std::string whole = file_text(directory.file(name));
+    const auto files = [&] {
+      std::set<std::string> found;
+      for (const auto& entry : std::filesystem::directory_iterator(directory.path()))
+        found.insert(entry.path().filename().string());
+      return found;
+    };
+    const std::set<std::string> before = files();
+    std::size_t calls = 0, stop = std::size_t(-1);
+    WriteOptions options;
+    options.poll = [&] {
+      if (calls++ == stop) throw Stop();
+    };
+    slice2mesh::write_mesh(directory.file(name), mesh, options);
+    CHECK(file_text(directory.file(name)) == whole);
+    REQUIRE(calls >= 1);
+    const std::size_t most = calls;
+    Mesh other = mesh;
+    other.vertices[0][0] -= 1;
+    for (stop = 0; stop < most; ++stop) {
+      calls = 0;
+      CHECK_THROWS_AS(slice2mesh::write_mesh(directory.file(name), other, options), Stop);
+      CHECK(calls == stop + 1);
+      CHECK(file_text(directory.file(name)) == whole);
+      CHECK(files() == before);
+    }
+  }
+}
+
+TEST_CASE("a writer listens within large blocks and between small ones") {
+  std::string data(40'000'000, '.');
+  for (std::size_t i = 0; i < data.size(); i += 1001) data[i] = static_cast<char>('a' + i % 26);
+  std::size_t calls = 0;
+  std::ostringstream out;
+  slice2mesh::detail::OutputBuffer buffer(out, [&] { ++calls; });
+  buffer.text("head").text(data);
+  CHECK(calls >= 3);
+  calls = 0;
+  for (const char c : std::string_view(data).substr(0, 5'000'000)) buffer.character(c);
+  CHECK(calls >= 4);
+  buffer.flush();
+  CHECK(out.str() == "head" + data + data.substr(0, 5'000'000));
+}
+
 TEST_CASE("files do not depend on the global locale, and the same mesh gives the same bytes") {
   struct Comma : std::numpunct<char> {
     char do_decimal_point() const override { return ','; }

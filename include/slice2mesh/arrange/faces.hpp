@@ -15,6 +15,7 @@
 
 #include "slice2mesh/arrange/exact.hpp"
 #include "slice2mesh/arrange/snap_rounding.hpp"
+#include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/core/slab.hpp"
 
@@ -49,8 +50,10 @@ public:
       if (walk.doubled_area > 0) walk.face = count++;
     place_components();
     of_edge.resize(edges_.size());
-    for (std::size_t e = 0; e < edges_.size(); ++e)
+    for (std::size_t e = 0; e < edges_.size(); ++e) {
+      listen_();
       for (std::size_t side = 0; side < 2; ++side) of_edge[e][side] = walks_[std::size_t(walk_of_[2 * e + side])].face;
+    }
     return std::size_t(count);
   }
 
@@ -70,6 +73,7 @@ private:
   void find_edges_at() {
     start_.assign(vertices_.size() + 1, 0);
     for (const Arrangement::Edge& e : edges_) {
+      listen_();
       ++start_[std::size_t(e.a) + 1];
       ++start_[std::size_t(e.b) + 1];
     }
@@ -77,17 +81,20 @@ private:
     around_.resize(2 * edges_.size());
     place_of_.resize(around_.size());
     std::vector<std::int32_t> next(start_.begin(), start_.end() - 1);
-    for (std::int32_t h = 0; h < std::int32_t(around_.size()); ++h)
+    for (std::int32_t h = 0; h < std::int32_t(around_.size()); ++h) {
+      listen_();
       around_[std::size_t(next[std::size_t(origin(h))]++)] = h;
+    }
     for (std::size_t v = 0; v < vertices_.size(); ++v) {
       listen_();
       if (start_[v + 1] - start_[v] > 2) {  // two are in order whichever is first
         const GridPoint& p = vertices_[v];
         const auto is_right = [&](const GridPoint& q) { return p < q; };
-        std::sort(around_.begin() + start_[v], around_.begin() + start_[v + 1], [&](std::int32_t g, std::int32_t h) {
+        const auto is_before = [&](std::int32_t g, std::int32_t h) {
           const GridPoint &q = point(origin(g ^ 1)), &r = point(origin(h ^ 1));
           return is_right(q) != is_right(r) ? is_right(q) : orientation(p, q, r) > 0;
-        });
+        };
+        sort_listening(around_.begin() + start_[v], around_.begin() + start_[v + 1], listen_, is_before);
       }
       for (std::int32_t i = start_[v]; i < start_[v + 1]; ++i) place_of_[std::size_t(around_[std::size_t(i)])] = i;
     }
@@ -194,7 +201,9 @@ private:
 inline void find_windings(const Arrangement& arrangement, std::size_t face_count, ArrangementFaces& faces,
                           const std::function<void()>& poll) {
   std::vector<std::vector<std::int32_t>> edges_of_face(face_count);
+  detail::Poll listen(poll, 1 << 14);
   for (std::size_t e = 0; e < faces.of_edge.size(); ++e) {
+    listen();
     if (faces.of_edge[e][0] == faces.of_edge[e][1]) continue;
     for (const std::int32_t f : faces.of_edge[e]) edges_of_face[static_cast<std::size_t>(f)].push_back(int(e));
   }
@@ -202,7 +211,6 @@ inline void find_windings(const Arrangement& arrangement, std::size_t face_count
   std::vector<char> known(face_count, 0);
   known[0] = 1;
   std::vector<std::int32_t> stack(1, 0);
-  detail::Poll listen(poll, 1 << 14);
   while (!stack.empty()) {
     const std::int32_t face = stack.back();
     stack.pop_back();

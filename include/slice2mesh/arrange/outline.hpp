@@ -3,11 +3,16 @@
 /// @brief Outline: the contours of one slab, a plane divided into regions.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <functional>
+#include <utility>
 #include <vector>
 
 #include "slice2mesh/arrange/exact.hpp"
 #include "slice2mesh/arrange/snap_rounding.hpp"
+#include "slice2mesh/core/listening_sort.hpp"
+#include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/core/slab.hpp"
 
 namespace slice2mesh {
@@ -85,25 +90,29 @@ inline void append_segments(const Outline& outline, std::int32_t first_tag, std:
 }
 
 /// Drops vertices without edges and numbers the others in lexicographic order; sorts the edges. One outline, one form.
-inline void normalize(Outline& outline) {
+/// `poll` is called now and then; what it throws leaves the outline useless.
+inline void normalize(Outline& outline, const std::function<void()>& poll = {}) {
+  Poll listen(poll, 1 << 16);
   std::vector<char> used(outline.vertices.size(), 0);
   for (const Outline::Edge& e : outline.edges)
     used[static_cast<std::size_t>(e.a)] = used[static_cast<std::size_t>(e.b)] = 1;
   std::vector<std::int32_t> order;
   for (std::size_t v = 0; v < used.size(); ++v)
     if (used[v]) order.push_back(static_cast<std::int32_t>(v));
-  std::sort(order.begin(), order.end(), [&](std::int32_t u, std::int32_t v) {
+  sort_listening(order.begin(), order.end(), listen, [&](std::int32_t u, std::int32_t v) {
     return outline.vertices[static_cast<std::size_t>(u)] < outline.vertices[static_cast<std::size_t>(v)];
   });
   std::vector<std::int32_t> index(used.size(), kNone);
   std::vector<GridPoint> vertices;
   vertices.reserve(order.size());
   for (const std::int32_t v : order) {
+    listen();
     index[static_cast<std::size_t>(v)] = static_cast<std::int32_t>(vertices.size());
     vertices.push_back(outline.vertices[static_cast<std::size_t>(v)]);
   }
   outline.vertices = std::move(vertices);
   for (Outline::Edge& e : outline.edges) {
+    listen();
     e.a = index[static_cast<std::size_t>(e.a)];
     e.b = index[static_cast<std::size_t>(e.b)];
     if (e.a > e.b) {
@@ -111,8 +120,8 @@ inline void normalize(Outline& outline) {
       std::swap(e.left, e.right);
     }
   }
-  std::sort(outline.edges.begin(), outline.edges.end(),
-            [](const Outline::Edge& e, const Outline::Edge& f) { return e.a != f.a ? e.a < f.a : e.b < f.b; });
+  sort_listening(outline.edges.begin(), outline.edges.end(), listen,
+                 [](const Outline::Edge& e, const Outline::Edge& f) { return e.a != f.a ? e.a < f.a : e.b < f.b; });
 }
 
 }  // namespace detail

@@ -29,11 +29,11 @@ public:
       : segments_(std::move(segments)), buckets_{low(), high(), segments_.size()}, start_(buckets_.size() + 1, 0) {
     std::vector<std::size_t> cells, cells_of(1, 0);  // of one segment after the other
     for (const auto& [a, b] : segments_) {
-      if (listen != nullptr) (*listen)();
       buckets_.for_each_on(a, b, 0, [&](std::size_t cell) {
         ++start_[cell + 1];
         cells.push_back(cell);
       });
+      if (listen != nullptr) (*listen)(cells.size() - cells_of.back() + 1);
       cells_of.push_back(cells.size());
     }
     for (std::size_t c = 1; c < start_.size(); ++c) start_[c] += start_[c - 1];
@@ -42,7 +42,7 @@ public:
     std::vector<std::size_t> next(start_.begin(), start_.end() - 1);
     for (std::size_t i = 0; i < segments_.size(); ++i) {
       const Box box = box_of(segments_[i]);
-      if (listen != nullptr) (*listen)();
+      if (listen != nullptr) (*listen)(cells_of[i + 1] - cells_of[i] + 1);
       for (std::size_t c = cells_of[i]; c < cells_of[i + 1]; ++c) {
         const std::size_t k = next[cells[c]]++;
         items_[k] = i;
@@ -233,12 +233,14 @@ private:
 [[nodiscard]] inline double deviation(const Outline& a, const Outline& b, const SegmentIndex& b_index,
                                       double resolution, const std::function<void()>& poll = {}) {
   if (a.empty() || b.empty()) return a.empty() && b.empty() ? 0 : std::numeric_limits<double>::infinity();
+  Poll listen(poll, 1 << 14);
   return std::max(one_sided_deviation(a, b_index, resolution, poll),
-                  one_sided_deviation(b, SegmentIndex(a), resolution, poll));
+                  one_sided_deviation(b, SegmentIndex(a, &listen), resolution, poll));
 }
 [[nodiscard]] inline double deviation(const Outline& a, const Outline& b, double resolution,
                                       const std::function<void()>& poll = {}) {
-  return deviation(a, b, SegmentIndex(b), resolution, poll);
+  Poll listen(poll, 1 << 14);
+  return deviation(a, b, SegmentIndex(b, &listen), resolution, poll);
 }
 
 }  // namespace slice2mesh::detail

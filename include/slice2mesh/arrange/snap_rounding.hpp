@@ -22,6 +22,7 @@
 
 #include "slice2mesh/arrange/exact.hpp"
 #include "slice2mesh/core/grid.hpp"
+#include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/progress.hpp"
 
 namespace slice2mesh {
@@ -294,21 +295,26 @@ private:
   std::vector<std::array<std::int32_t, 2>> ends_of(segments.size(), {-1, -1});  // by the index in `hot`
   {
     PointNumbers numbers(2 * segments.size());
-    for (std::size_t i = 0; i < segments.size(); ++i)
+    for (std::size_t i = 0; i < segments.size(); ++i) {
+      listen();
       if (segments[i].from != segments[i].to) ends_of[i] = {numbers.of(segments[i].from), numbers.of(segments[i].to)};
+    }
     const std::vector<GridPoint>& points = numbers.points();
     std::vector<std::int32_t> order(points.size()), rank(points.size());
     std::iota(order.begin(), order.end(), 0);
-    std::sort(order.begin(), order.end(), [&](std::int32_t u, std::int32_t v) {
+    sort_listening(order.begin(), order.end(), listen, [&](std::int32_t u, std::int32_t v) {
       return points[static_cast<std::size_t>(u)] < points[static_cast<std::size_t>(v)];
     });
     hot.reserve(points.size());
     for (const std::int32_t v : order) {
+      listen();
       rank[static_cast<std::size_t>(v)] = static_cast<std::int32_t>(hot.size());
       hot.push_back(points[static_cast<std::size_t>(v)]);
     }
-    for (auto& ends : ends_of)
+    for (auto& ends : ends_of) {
+      listen();
       for (std::int32_t& v : ends) v = v < 0 ? v : rank[static_cast<std::size_t>(v)];
+    }
   }
   if (hot.empty()) return result;
   GridPoint low = hot.front(), high = hot.front();
@@ -327,11 +333,13 @@ private:
     std::vector<std::pair<std::uint64_t, std::int32_t>> sorted;
     sorted.reserve(segments.size());
     for (std::size_t i = 0; i < segments.size(); ++i) {
+      listen();
       const auto [a, b] = ends_of[i];
       if (a >= 0) sorted.emplace_back(packed(std::min(a, b), std::max(a, b)), static_cast<std::int32_t>(i));
     }
-    std::sort(sorted.begin(), sorted.end());
+    sort_listening(sorted.begin(), sorted.end(), listen);
     for (std::size_t i = 0; i < sorted.size(); ++i) {
+      listen();
       const auto& [ends, segment] = sorted[i];
       if (i == 0 || ends != sorted[i - 1].first)
         keys.push_back({hot[static_cast<std::size_t>(ends >> 32)], hot[static_cast<std::size_t>(ends & 0xFFFFFFFFU)]});
@@ -340,7 +348,10 @@ private:
   }
 
   double length = 0;
-  for (const Key& s : keys) length += detail::distance(s.a, s.b);
+  for (const Key& s : keys) {
+    listen();
+    length += detail::distance(s.a, s.b);
+  }
   const Buckets buckets(low, high, Buckets::for_segments(low, high, keys.size(), length));
   std::vector<std::int32_t> start(buckets.size() + 1, 0), items;
   std::vector<std::pair<std::size_t, std::int32_t>> cells;
@@ -387,15 +398,16 @@ private:
       }
     }
   }
-  std::sort(pairs.begin(), pairs.end());
+  sort_listening(pairs.begin(), pairs.end(), listen);
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   result.crossings = pairs.size();
   for (const Pair& p : pairs) {
+    listen();
     const Key &s = keys[static_cast<std::size_t>(p.i)], &t = keys[static_cast<std::size_t>(p.j)];
     hot.push_back(detail::rounded_crossing(s.a, s.b, t.a, t.b));
   }
   if (!pairs.empty()) {
-    std::sort(hot.begin(), hot.end());
+    sort_listening(hot.begin(), hot.end(), listen);
     hot.erase(std::unique(hot.begin(), hot.end()), hot.end());
   }
 
@@ -420,12 +432,12 @@ private:
           if (detail::meets_cell(s.a, s.b, hot[static_cast<std::size_t>(v)])) on.push_back(v);
         }
       });
-      std::sort(on.begin(), on.end());
+      sort_listening(on.begin(), on.end(), listen);
       on.erase(std::unique(on.begin(), on.end()), on.end());
       // Two are the ends, in order. By the projection on the segment; the index settles ties, which can only be between
       // cells that touch.
       if (on.size() > 2)
-        std::sort(on.begin(), on.end(), [&](std::int32_t u, std::int32_t v) {
+        sort_listening(on.begin(), on.end(), listen, [&](std::int32_t u, std::int32_t v) {
           const detail::Int128 du = detail::dot(s.a, s.b, hot[static_cast<std::size_t>(u)]);
           const detail::Int128 dv = detail::dot(s.a, s.b, hot[static_cast<std::size_t>(v)]);
           return du != dv ? du < dv : u < v;
@@ -453,8 +465,9 @@ private:
       pieces.push_back({packed(a, b), segment.tag, winding});
     }
   }
-  std::sort(pieces.begin(), pieces.end());
+  sort_listening(pieces.begin(), pieces.end(), listen);
   for (std::size_t i = 0; i < pieces.size();) {
+    listen();
     const std::uint64_t ends = pieces[i].ends;
     Arrangement::Edge edge{static_cast<std::int32_t>(ends >> 32), static_cast<std::int32_t>(ends & 0xFFFFFFFFU),
                            static_cast<std::int32_t>(result.tags.size()), 0};
@@ -510,6 +523,7 @@ struct Attachment {
   if (reach > 0 && !segments.empty()) {
     detail::PointNumbers numbers(2 * segments.size());
     for (const TaggedSegment& s : segments) {
+      listen();
       length += detail::distance(s.from, s.to);
       segment_ends.push_back({numbers.of(s.from), numbers.of(s.to)});
     }
@@ -518,6 +532,7 @@ struct Attachment {
     ends.insert(ends.end(), attachment.strong.begin(), attachment.strong.end());
     low = high = ends.front();
     for (const GridPoint& p : ends) {
+      listen();
       low = {std::min(low.x, p.x), std::min(low.y, p.y)};
       high = {std::max(high.x, p.x), std::max(high.y, p.y)};
     }
@@ -525,11 +540,17 @@ struct Attachment {
   const Buckets buckets(low, high, Buckets::for_segments(low, high, ends.size(), length));
   if (!ends.empty()) {
     start.assign(buckets.size() + 1, 0);
-    for (const GridPoint& p : ends) ++start[buckets.of(p) + 1];
+    for (const GridPoint& p : ends) {
+      listen();
+      ++start[buckets.of(p) + 1];
+    }
     for (std::size_t c = 1; c < start.size(); ++c) start[c] += start[c - 1];
     items.resize(ends.size());
     std::vector<std::uint32_t> next(start.begin(), start.end() - 1);
-    for (std::size_t i = 0; i < ends.size(); ++i) items[next[buckets.of(ends[i])]++] = static_cast<std::uint32_t>(i);
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+      listen();
+      items[next[buckets.of(ends[i])]++] = static_cast<std::uint32_t>(i);
+    }
   }
   // What is a segment of the others already keeps to itself: near it are other parts of theirs.
   std::vector<std::uint64_t> others;
@@ -538,9 +559,11 @@ struct Attachment {
     return detail::packed(std::min(a, b), std::max(a, b));
   };
   if (!attachment.strong.empty() && !ends.empty()) {
-    for (std::size_t s = 0; s < segments.size(); ++s)
+    for (std::size_t s = 0; s < segments.size(); ++s) {
+      listen();
       if (segments[s].tag >= attachment.strong_tags) others.push_back(ends_of(s));
-    std::sort(others.begin(), others.end());
+    }
+    detail::sort_listening(others.begin(), others.end(), listen);
   }
   const auto scaled = [](const GridPoint& p) { return GridPoint{p.x / kContourStep, p.y / kContourStep}; };
   std::vector<std::size_t> on;
@@ -570,7 +593,7 @@ struct Attachment {
       // In the order of the canonical direction, so that a segment and its reverse take the same way.
       const GridPoint& origin = std::min(s.from, s.to);
       const GridPoint& far = std::max(s.from, s.to);
-      std::sort(on.begin(), on.end(), [&](std::size_t i, std::size_t j) {
+      detail::sort_listening(on.begin(), on.end(), listen, [&](std::size_t i, std::size_t j) {
         const detail::Int128 di = detail::dot(origin, far, ends[i]), dj = detail::dot(origin, far, ends[j]);
         return di != dj ? di < dj : ends[i] < ends[j];
       });

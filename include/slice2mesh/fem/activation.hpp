@@ -8,12 +8,14 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <iterator>
 #include <string>
 #include <vector>
 
 #include "slice2mesh/core/error.hpp"
 #include "slice2mesh/core/mesh.hpp"
+#include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/fem/boundary_sets.hpp"
 
 namespace slice2mesh {
@@ -182,10 +184,12 @@ struct SubMesh {
 /// The sub-mesh of the slabs of index `first` to `last` (inclusive). Vertices and tets keep their order; vertices of no
 /// tet are left out. Facets are kept where all their vertices are; a side of a facet outside the range becomes empty,
 /// and a facet with both sides outside is left out. Labels and orientation of facets stay those of the whole. Errors:
-/// Error (Stage::Fem) for a range that is not within the slabs or arrays that do not fit together. Cost: linear in the
-/// whole mesh.
-[[nodiscard]] inline SubMesh layers_of(const Mesh& mesh, std::int32_t first, std::int32_t last) {
-  detail::check_mesh_arrays(mesh, Stage::Fem);
+/// Error (Stage::Fem) for a range that is not within the slabs or arrays that do not fit together. `poll` is called now
+/// and then; what it throws ends the work. Cost: linear in the whole mesh.
+[[nodiscard]] inline SubMesh layers_of(const Mesh& mesh, std::int32_t first, std::int32_t last,
+                                       const std::function<void()>& poll = {}) {
+  detail::check_mesh_arrays(mesh, Stage::Fem, poll);
+  detail::Poll listen(poll, 1 << 14);
   if (first < 0 || last < first || static_cast<std::size_t>(last) >= mesh.slabs.size())
     throw Error(Stage::Fem, "there are no slabs " + std::to_string(first) + " to " + std::to_string(last));
   SubMesh sub;
@@ -195,17 +199,20 @@ struct SubMesh {
   sub.vertex_in_sub.assign(mesh.vertices.size(), kNone);
   const auto inside = [first, last](std::int32_t slab) { return first <= slab && slab <= last; };
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    listen();
     if (!inside(mesh.tet_slab[t])) continue;
     sub.tet_in_whole.push_back(static_cast<std::int32_t>(t));
     for (const std::int32_t v : mesh.tets[t]) sub.vertex_in_sub[static_cast<std::size_t>(v)] = 0;
   }
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    listen();
     if (sub.vertex_in_sub[v] == kNone) continue;
     sub.vertex_in_sub[v] = static_cast<std::int32_t>(sub.vertex_in_whole.size());
     sub.vertex_in_whole.push_back(static_cast<std::int32_t>(v));
     sub.mesh.vertices.push_back(mesh.vertices[v]);
   }
   for (const std::int32_t whole : sub.tet_in_whole) {
+    listen();
     const auto t = static_cast<std::size_t>(whole);
     std::array<std::int32_t, 4> tet = mesh.tets[t];
     for (std::int32_t& v : tet) v = sub.vertex_in_sub[static_cast<std::size_t>(v)];
@@ -214,6 +221,7 @@ struct SubMesh {
     sub.mesh.tet_region.push_back(mesh.tet_region[t]);
   }
   for (Facet facet : mesh.facets) {
+    listen();
     bool kept = false;
     for (Side* const side : {&facet.front, &facet.back}) {
       if (!side->empty() && inside(side->slab)) {

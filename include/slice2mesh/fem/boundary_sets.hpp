@@ -8,13 +8,16 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "slice2mesh/core/compensated_sum.hpp"
 #include "slice2mesh/core/error.hpp"
+#include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/mesh.hpp"
+#include "slice2mesh/core/progress.hpp"
 
 namespace slice2mesh {
 
@@ -85,13 +88,16 @@ struct BoundarySets {
 namespace detail {
 
 /// Throws unless the arrays of the mesh fit together: lengths, and every index in range.
-inline void check_mesh_arrays(const Mesh& mesh, Stage stage) {
+/// `poll` is called now and then.
+inline void check_mesh_arrays(const Mesh& mesh, Stage stage, const std::function<void()>& poll = {}) {
   if (mesh.tet_slab.size() != mesh.tets.size() || mesh.tet_region.size() != mesh.tets.size())
     throw Error(stage, "tet_slab and tet_region must be as long as tets");
   const auto vertices = static_cast<std::int64_t>(mesh.vertices.size());
   const auto slabs = static_cast<std::int64_t>(mesh.slabs.size());
   const auto regions = static_cast<std::int64_t>(mesh.regions.size());
+  Poll listen(poll, 1 << 16);
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    listen();
     bool good =
         mesh.tet_slab[t] >= 0 && mesh.tet_slab[t] < slabs && mesh.tet_region[t] >= 0 && mesh.tet_region[t] < regions;
     for (const std::int32_t v : mesh.tets[t]) good = good && v >= 0 && v < vertices;
@@ -150,9 +156,11 @@ inline void check_mesh_arrays(const Mesh& mesh, Stage stage) {
 
 /// Neighbors of all tets, #T by 4: index of the tet beyond face f (opposite to vertex f), or kNone on the boundary.
 /// Errors: Error (Stage::Fem) if a face has more than two tets or an array of the mesh does not fit.
-/// Cost: linear in #T; 64 bytes per tet while it runs.
-[[nodiscard]] inline std::vector<std::array<std::int32_t, 4>> tet_neighbors(const Mesh& mesh) {
-  detail::check_mesh_arrays(mesh, Stage::Fem);
+/// `poll` is called now and then; what it throws ends the work. Cost: linear in #T; 64 bytes per tet while it runs.
+[[nodiscard]] inline std::vector<std::array<std::int32_t, 4>> tet_neighbors(const Mesh& mesh,
+                                                                            const std::function<void()>& poll = {}) {
+  detail::check_mesh_arrays(mesh, Stage::Fem, poll);
+  detail::Poll listen(poll, 1 << 14);
   if (mesh.tets.size() >= (std::size_t{1} << 30)) throw Error(Stage::Fem, "more than 2^30 tets");
   struct Entry {
     std::int32_t middle;
@@ -174,23 +182,27 @@ inline void check_mesh_arrays(const Mesh& mesh, Stage stage) {
   };
   // Faces are put into buckets by their smallest vertex; a bucket holds a few faces, whatever the size of the mesh.
   std::vector<std::uint32_t> begin(mesh.vertices.size() + 1, 0);
-  for (std::size_t t = 0; t < mesh.tets.size(); ++t)
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    listen();
     for (std::size_t f = 0; f < 4; ++f) ++begin[static_cast<std::size_t>(sorted_face(t, f)[0]) + 1];
+  }
   for (std::size_t v = 1; v < begin.size(); ++v) begin[v] += begin[v - 1];
   std::vector<Entry> entries(4 * mesh.tets.size());
   {
     std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
-    for (std::size_t t = 0; t < mesh.tets.size(); ++t)
+    for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+      listen();
       for (std::size_t f = 0; f < 4; ++f) {
         const std::array<std::int32_t, 3> v = sorted_face(t, f);
         entries[next[static_cast<std::size_t>(v[0])]++] = {v[1], v[2], static_cast<std::uint32_t>(4 * t + f)};
       }
+    }
   }
   std::vector<std::array<std::int32_t, 4>> neighbors(mesh.tets.size(), {kNone, kNone, kNone, kNone});
   for (std::size_t v = 0; v + 1 < begin.size(); ++v) {
     Entry* const first = entries.data() + begin[v];
     Entry* const last = entries.data() + begin[v + 1];
-    std::sort(first, last);
+    detail::sort_listening(first, last, listen);
     for (Entry* a = first; a != last;) {
       Entry* b = a + 1;
       while (b != last && b->middle == a->middle && b->largest == a->largest) ++b;
@@ -216,9 +228,10 @@ inline void check_mesh_arrays(const Mesh& mesh, Stage stage) {
 ///
 /// Precondition: every tet is positive and lies in its slab (the certificate checks it).
 /// Errors: Error (Stage::Fem) if the arrays of the mesh do not fit together or a face has more than two tets.
-/// Cost: linear in #T.
-[[nodiscard]] inline BoundarySets boundary_sets(const Mesh& mesh) {
-  const std::vector<std::array<std::int32_t, 4>> neighbors = tet_neighbors(mesh);
+/// `poll` is called now and then; what it throws ends the work. Cost: linear in #T.
+[[nodiscard]] inline BoundarySets boundary_sets(const Mesh& mesh, const std::function<void()>& poll = {}) {
+  const std::vector<std::array<std::int32_t, 4>> neighbors = tet_neighbors(mesh, poll);
+  detail::Poll listen(poll, 1 << 14);
   const std::size_t slab_count = mesh.slabs.size();
   BoundarySets result;
   std::vector<GrowthFace> found;
@@ -226,6 +239,7 @@ inline void check_mesh_arrays(const Mesh& mesh, Stage stage) {
   std::vector<detail::CompensatedSum> lasting(slab_count);  // area born with a slab that stays exposed
   std::vector<detail::CompensatedSum> passing(slab_count);  // area exposed at a slab that is covered later
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    listen();
     const std::int32_t slab = mesh.tet_slab[t];
     const auto slab_index = static_cast<std::size_t>(slab);
     volume[slab_index].add(tet_volume(mesh, t));

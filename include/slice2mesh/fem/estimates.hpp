@@ -7,11 +7,13 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "slice2mesh/core/compensated_sum.hpp"
 #include "slice2mesh/core/error.hpp"
 #include "slice2mesh/core/plc.hpp"
+#include "slice2mesh/core/progress.hpp"
 
 namespace slice2mesh {
 
@@ -57,9 +59,10 @@ struct FinerSlice {
 /// of the slab and its two neighbors at their middles, which gives h/2 f'' (h/4)^2; where a neighbor is missing, 0.
 /// Real horizontal faces (tops, ledges) cannot be told from steps of a slope: they count as steps, but for the top and
 /// the bottom of the part and of pieces with a gap above or below.
-/// Precondition: `verify_plc` passes (not checked). Errors: Error (Stage::Fem) if the complex has no inner faces.
-/// Cost: linear in the facets and the finer slices.
-[[nodiscard]] inline SlicingEstimates estimate_slicing(const Plc& plc, const std::vector<FinerSlice>& finer = {}) {
+/// Precondition: `verify_plc` passes (not checked). `poll` is called now and then; what it throws ends the work.
+/// Errors: Error (Stage::Fem) if the complex has no inner faces. Cost: linear in the facets and the finer slices.
+[[nodiscard]] inline SlicingEstimates estimate_slicing(const Plc& plc, const std::vector<FinerSlice>& finer = {},
+                                                       const std::function<void()>& poll = {}) {
   if (!plc.has_inner_faces) throw Error(Stage::Fem, "estimates need the inner faces of the complex");
   const std::size_t slab_count = plc.slabs.size();
   SlicingEstimates result;
@@ -71,7 +74,9 @@ struct FinerSlice {
   const auto is_part = [&plc](const Side& side) {
     return !side.empty() && plc.regions[static_cast<std::size_t>(side.region)].kind == RegionKind::Part;
   };
+  detail::Poll listen(poll, 1 << 16);
   for (const Facet& facet : plc.facets) {
+    listen();
     std::array<std::array<double, 3>, 3> p{};
     for (std::size_t i = 0; i < 3; ++i) p[i] = plc.position(static_cast<std::size_t>(facet.vertices[i]));
     const double ux = p[1][0] - p[0][0], uy = p[1][1] - p[0][1], uz = p[1][2] - p[0][2];

@@ -7,11 +7,14 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <vector>
 
 #include "slice2mesh/core/error.hpp"
+#include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/mesh.hpp"
+#include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/fem/boundary_sets.hpp"
 
 namespace slice2mesh {
@@ -39,9 +42,10 @@ struct QuadraticNodes {
 /// Number the edges of all tets. Two tets that share an edge share its node, so the quadratic mesh conforms as the mesh
 /// does. The numbering does not depend on the order of the tets.
 /// Errors: Error (Stage::Fem) if the arrays of the mesh do not fit together, or nodes do not fit into 31 bits.
-/// Cost: linear; 96 bytes per tet while it runs.
-[[nodiscard]] inline QuadraticNodes quadratic_nodes(const Mesh& mesh) {
-  detail::check_mesh_arrays(mesh, Stage::Fem);
+/// `poll` is called now and then; what it throws ends the work. Cost: linear; 96 bytes per tet while it runs.
+[[nodiscard]] inline QuadraticNodes quadratic_nodes(const Mesh& mesh, const std::function<void()>& poll = {}) {
+  detail::check_mesh_arrays(mesh, Stage::Fem, poll);
+  detail::Poll listen(poll, 1 << 14);
   struct Entry {
     std::int32_t larger;
     std::size_t code;  // 6 * tet + edge
@@ -56,24 +60,28 @@ struct QuadraticNodes {
   };
   // Buckets by the smaller vertex; a bucket holds a few edges, whatever the size of the mesh.
   std::vector<std::size_t> begin(mesh.vertices.size() + 1, 0);
-  for (std::size_t t = 0; t < mesh.tets.size(); ++t)
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    listen();
     for (std::size_t e = 0; e < 6; ++e) ++begin[static_cast<std::size_t>(ends(t, e)[0]) + 1];
+  }
   for (std::size_t v = 1; v < begin.size(); ++v) begin[v] += begin[v - 1];
   std::vector<Entry> entries(6 * mesh.tets.size());
   {
     std::vector<std::size_t> next(begin.begin(), begin.end() - 1);
-    for (std::size_t t = 0; t < mesh.tets.size(); ++t)
+    for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+      listen();
       for (std::size_t e = 0; e < 6; ++e) {
         const std::array<std::int32_t, 2> v = ends(t, e);
         entries[next[static_cast<std::size_t>(v[0])]++] = {v[1], 6 * t + e};
       }
+    }
   }
   QuadraticNodes nodes;
   nodes.tet_edges.resize(mesh.tets.size());
   for (std::size_t v = 0; v + 1 < begin.size(); ++v) {
     const auto first = entries.begin() + static_cast<std::ptrdiff_t>(begin[v]);
     const auto last = entries.begin() + static_cast<std::ptrdiff_t>(begin[v + 1]);
-    std::sort(first, last);
+    detail::sort_listening(first, last, listen);
     for (auto i = first; i != last; ++i) {
       if (i == first || i->larger != (i - 1)->larger) nodes.edges.push_back({static_cast<std::int32_t>(v), i->larger});
       nodes.tet_edges[i->code / 6][i->code % 6] = static_cast<std::int32_t>(nodes.edges.size()) - 1;

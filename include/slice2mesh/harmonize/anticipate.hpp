@@ -29,8 +29,8 @@ public:
     const Outline& outline;
     const SegmentIndex& index;
   };
-  /// The m-th slab above s (1 and up); nothing if there is none or a gap is in between.
-  [[nodiscard]] const SegmentIndex* index(std::size_t s, std::size_t m) {
+  /// The m-th slab above s (1 and up); nothing if there is none or a gap is in between. `listen` is told the work.
+  [[nodiscard]] const SegmentIndex* index(std::size_t s, std::size_t m, Poll& listen) {
     while (first_ <= s && !indices_.empty()) {
       indices_.pop_front();
       ++first_;
@@ -39,7 +39,7 @@ public:
     while (first_ + indices_.size() <= s + m) {
       const std::size_t next = first_ + indices_.size();
       if (next >= input_.slabs.size()) return nullptr;
-      indices_.emplace_back(input_.outlines[next]);
+      indices_.emplace_back(input_.outlines[next], &listen);
     }
     for (std::size_t t = s; t < s + m; ++t)
       if (input_.slabs[t].z_high != input_.slabs[t + 1].z_low) return nullptr;
@@ -87,7 +87,7 @@ inline void anticipate(Outline& outline, const SegmentIndex* below, SlabsAhead& 
     GridPoint target = p;
     for (std::size_t m = 1; m <= SlabsAhead::kMost; ++m) {
       listen();
-      const SegmentIndex* index = ahead.index(s, m);
+      const SegmentIndex* index = ahead.index(s, m, listen);
       if (index == nullptr) break;
       const SegmentIndex::Nearest nearest = index->nearest(p, 2 * reach);
       if (nearest.segment < 0 || !matches(v, ahead.outline(s, m), std::size_t(nearest.segment))) break;

@@ -61,10 +61,13 @@ inline void attach_vertices(Outline& outline, std::int32_t regions, const std::f
     const Arrangement arrangement = snap_round(segments, attachment, poll);
     const ArrangementFaces faces = find_faces(arrangement, poll);
     std::vector<std::int32_t> label(faces.windings.size(), kNone);
-    for (std::size_t f = 0; f < label.size(); ++f)
+    Poll listen(poll, 1 << 14);
+    for (std::size_t f = 0; f < label.size(); ++f) {
+      listen(faces.windings[f].size() + 1);
       for (const EdgeTag& tag : faces.windings[f])
         if (tag.winding > 0 && tag.tag < regions && (label[f] == kNone || tag.tag < label[f])) label[f] = tag.tag;
-    outline = outline_of(arrangement, faces, label);
+    }
+    outline = outline_of(arrangement, faces, label, poll);
   }
 }
 

@@ -24,6 +24,7 @@
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/arrange/segment_index.hpp"
 #include "slice2mesh/core/all_from.hpp"
+#include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/harmonize/contour_shape.hpp"
 #include "slice2mesh/harmonize/slice_nearness.hpp"
@@ -53,10 +54,7 @@ public:
       : slices_(slices), slabs_(slabs), frozen_(frozen), limits_(limits), reach_(kLargestDrift * limits.near) {
     sheets_.reserve(outlines.size());
     Poll listen(poll, kPollEvery);
-    for (Outline& outline : outlines) {
-      listen(outline.edges.size() + 1);
-      sheets_.emplace_back(outline);
-    }
+    for (Outline& outline : outlines) sheets_.emplace_back(outline, listen);
     find_places(listen);
     make_panels(listen);
   }
@@ -69,7 +67,7 @@ public:
     changed.assign(sheets_.size(), 0);
     for (int round = 0; round < kRounds; ++round) {
       std::vector<Candidate> candidates = close_pairs(poll);
-      std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+      sort_listening(candidates.begin(), candidates.end(), listen, [](const Candidate& a, const Candidate& b) {
         if (a.distance != b.distance) return a.distance < b.distance;
         if (a.slab != b.slab) return a.slab < b.slab;
         return a.v != b.v ? a.v < b.v : a.w < b.w;
@@ -87,7 +85,7 @@ public:
       if (spread(changed, false) == 0) break;
     listen_ = nullptr;
     for (std::size_t s = 0; s < sheets_.size(); ++s)
-      if (changed[s]) sheets_[s].finish();
+      if (changed[s]) sheets_[s].finish(poll);
   }
 
 private:
@@ -97,8 +95,9 @@ private:
 
   /// The contour of one slab while it changes.
   struct Sheet {
-    explicit Sheet(Outline& o) : outline(o), edges_at(o.vertices.size()), alive(o.edges.size(), 1) {
+    Sheet(Outline& o, Poll& listen) : outline(o), edges_at(o.vertices.size()), alive(o.edges.size(), 1) {
       for (std::size_t e = 0; e < o.edges.size(); ++e) {
+        listen();
         edges_at[std::size_t(o.edges[e].a)].push_back(std::int32_t(e));
         edges_at[std::size_t(o.edges[e].b)].push_back(std::int32_t(e));
       }
@@ -119,12 +118,12 @@ private:
         if (other_end(e, v) == w) return e;
       return kNone;
     }
-    void finish() {
+    void finish(const std::function<void()>& poll) {
       std::vector<Outline::Edge> edges;
       for (std::size_t e = 0; e < outline.edges.size(); ++e)
         if (alive[e]) edges.push_back(outline.edges[e]);
       outline.edges = std::move(edges);
-      normalize(outline);
+      normalize(outline, poll);
     }
   };
 
@@ -228,8 +227,9 @@ private:
     bucket_.assign(buckets_.size(), {kNone, 0});
     found_.assign(panels_.size(), 0);
     // What stands together is looked at together.
-    std::stable_sort(panels_.begin(), panels_.end(),
-                     [&](const Panel& p, const Panel& q) { return buckets_.of(p.a) < buckets_.of(q.a); });
+    std::stable_sort(panels_.begin(), panels_.end(), listening(listen, [&](const Panel& p, const Panel& q) {
+                       return buckets_.of(p.a) < buckets_.of(q.a);
+                     }));
     for (std::size_t k = 0; k < panels_.size(); ++k) {
       listen();
       for (const GridPoint& p : {panels_[k].a, panels_[k].b}) places_[p].panels.push_back(std::int32_t(k));
@@ -282,6 +282,7 @@ private:
 
   [[nodiscard]] std::vector<Candidate> close_pairs(const std::function<void()>& poll) const {
     std::vector<Candidate> result;
+    Poll listen(poll, kPollEvery);
     const auto reach = std::int64_t(std::ceil(limits_.near));
     std::vector<std::pair<GridPoint, std::int32_t>> below, above, gone, come;  // vertices in use, sorted
     const auto fill = [&](std::size_t s, auto& list) {
@@ -289,12 +290,13 @@ private:
       const Sheet& sheet = sheets_[s];
       for (std::size_t v = 0; v < sheet.edges_at.size(); ++v)
         if (!sheet.edges_at[v].empty()) list.emplace_back(sheet.outline.vertices[v], std::int32_t(v));
-      std::sort(list.begin(), list.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+      sort_listening(list.begin(), list.end(), listen, [](const auto& a, const auto& b) { return a.first < b.first; });
     };
     for (std::size_t s = 0; s < sheets_.size(); ++s) {
       poll();
       const Sheet& sheet = sheets_[s];
       for (std::size_t e = 0; e < sheet.outline.edges.size(); ++e) {
+        listen();
         if (!sheet.alive[e]) continue;
         GridPoint p = sheet.point(sheet.outline.edges[e].a), q = sheet.point(sheet.outline.edges[e].b);
         const double d = distance(p, q);
@@ -769,7 +771,7 @@ private:
   /// Is the slab still near to its slice, and its slice to the slab?
   [[nodiscard]] bool stays_near_slice(const Candidate& c, const Step& step, const GridPoint& target) {
     Sheet& sheet = sheets_[step.slab];
-    if (!sheet.slice) sheet.slice = std::make_unique<SliceNearness>(slices_[step.slab]);
+    if (!sheet.slice) sheet.slice = std::make_unique<SliceNearness>(slices_[step.slab], listen_);
     const NearnessLimits limits{limits_.deviation, limits_.most, kResolution};
     old_.clear();
     now_.clear();

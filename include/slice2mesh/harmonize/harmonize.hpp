@@ -16,6 +16,7 @@
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/arrange/segment_index.hpp"
 #include "slice2mesh/core/diagnostics.hpp"
+#include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/harmonize/anticipate.hpp"
 #include "slice2mesh/harmonize/attach.hpp"
@@ -77,7 +78,7 @@ inline constexpr double kFineShare = 0.0001;       // ... and where that does no
 
 /// Which ends of the edges (#E by 2) have another edge at a sharp angle beside them, one that is not so sharp that the
 /// grid cannot tell the edges apart.
-[[nodiscard]] inline std::vector<std::array<char, 2>> sharp_ends(const Outline& outline) {
+[[nodiscard]] inline std::vector<std::array<char, 2>> sharp_ends(const Outline& outline, Poll& listen) {
   constexpr double kSharp = 0.94;              // cosine of 20 degrees
   constexpr double kSharpest = 1.0 / 1048576;  // sine; the share of the extent that is kSmallestEps
   struct End {
@@ -89,17 +90,19 @@ inline constexpr double kFineShare = 0.0001;       // ... and where that does no
   std::vector<End> ends;
   ends.reserve(2 * outline.edges.size());
   for (std::size_t e = 0; e < outline.edges.size(); ++e) {
+    listen(4);
     const GridPoint &a = outline.vertices[std::size_t(outline.edges[e].a)],
                     &b = outline.vertices[std::size_t(outline.edges[e].b)];
     const double x = double(b.x - a.x), y = double(b.y - a.y), length = std::hypot(x, y);
     ends.push_back({outline.edges[e].a, std::atan2(y, x), x / length, y / length, e, 0});
     ends.push_back({outline.edges[e].b, std::atan2(-y, -x), -x / length, -y / length, e, 1});
   }
-  std::sort(ends.begin(), ends.end());
+  sort_listening(ends.begin(), ends.end(), listen);
   std::vector<std::array<char, 2>> sharp(outline.edges.size(), {0, 0});
   for (std::size_t i = 0; i < ends.size();) {
     std::size_t j = i + 1;
     while (j < ends.size() && ends[j].vertex == ends[i].vertex) ++j;
+    listen(j - i);
     for (std::size_t k = i; j - i > 1 && k < j; ++k) {
       const End &p = ends[k], &q = ends[k + 1 < j ? k + 1 : i];
       if (p.x * q.x + p.y * q.y > kSharp && std::fabs(p.x * q.y - p.y * q.x) > kSharpest)
@@ -124,7 +127,7 @@ inline void subdivide(Outline& outline, double longest, const std::function<void
   std::vector<Outline::Edge> edges;
   std::vector<GridPoint> splits, points;
   Poll listen(poll, 1 << 14);
-  const std::vector<std::array<char, 2>> sharp = sharp_ends(outline);
+  const std::vector<std::array<char, 2>> sharp = sharp_ends(outline, listen);
   for (std::size_t index = 0; index < outline.edges.size(); ++index) {
     const Outline::Edge& e = outline.edges[index];
     const GridPoint a = outline.vertices[static_cast<std::size_t>(e.a)],
@@ -187,14 +190,14 @@ inline void subdivide(Outline& outline, double longest, const std::function<void
       edges.push_back(e);
   }
   outline.edges = std::move(edges);
-  normalize(outline);
+  normalize(outline, poll);
 }
 
 /// The contour of a slab that has nothing to be harmonized with.
 [[nodiscard]] inline Outline prepare(const Outline& input, double eps, const std::function<void()>& poll) {
   Outline outline = input;
   simplify(outline, {}, {kSimplifyShare * eps, kShortEdgeShare * eps, kShortToleranceShare * eps, HUGE_VAL}, poll);
-  normalize(outline);
+  normalize(outline, poll);
   return outline;
 }
 
@@ -210,7 +213,8 @@ inline void subdivide(Outline& outline, double longest, const std::function<void
 
 [[nodiscard]] inline double measured_deviation(const Outline& outline, const Outline& slice, double eps,
                                                const std::function<void()>& poll) {
-  return measured_deviation(outline, slice, SegmentIndex(slice), eps, poll);
+  Poll listen(poll, 1 << 14);
+  return measured_deviation(outline, slice, SegmentIndex(slice, &listen), eps, poll);
 }
 
 /// Merges contour vertices that are near to each other in all slabs, or moves them apart (see ColumnMerger), and
@@ -226,7 +230,12 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     std::vector<Outline> outlines = contours.outlines;
     const std::function<void()> poll = [&] { report(progress, Stage::Harmonize, 1); };
-    ColumnMerger(outlines, input.outlines, contours.slabs, frozen, limits, poll).run(changed, poll);
+    {
+      ColumnMerger merger(outlines, input.outlines, contours.slabs, frozen, limits, poll);
+      merger.run(changed, poll);
+      poll();  // what the merger has takes its time to go
+    }
+    poll();
     std::vector<double> deviations = contours.deviation;
     bool good = true;
     for (std::size_t s = 0; s < outlines.size(); ++s) {
@@ -286,8 +295,9 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
     poll();
     const Outline& own = input.outlines[s];
     const bool stacked = s > 0 && input.slabs[s - 1].z_high == input.slabs[s].z_low;
-    const detail::SegmentIndex below(stacked ? result.outlines[s - 1] : Outline{});
-    const detail::SegmentIndex own_index(own);
+    detail::Poll listen(poll, 1 << 14);
+    const detail::SegmentIndex below(stacked ? result.outlines[s - 1] : Outline{}, &listen);
+    const detail::SegmentIndex own_index(own, &listen);
     Outline outline;
     double deviation = 0;
     double share = 1;
@@ -317,7 +327,7 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
       } else {
         // As open_difference does at its end, so that the same slice gets the same contour wherever it is.
         detail::simplify(outline, {}, {double(kContourStep), 0, 0, longest}, poll);
-        detail::normalize(outline);
+        detail::normalize(outline, poll);
       }
       detail::attach_vertices(outline, static_cast<std::int32_t>(input.regions.size()), poll);
       deviation = detail::measured_deviation(outline, own, own_index, eps, poll);
@@ -327,7 +337,7 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
                       input.slabs[s].slice);
     }
     detail::subdivide(outline, longest, poll);
-    detail::normalize(outline);
+    detail::normalize(outline, poll);
     result.deviation.push_back(deviation * input.grid.pitch);
     result.outlines.push_back(std::move(outline));
   }
@@ -338,7 +348,7 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
       const std::function<void()> poll = [&] { report(progress, Stage::Harmonize, 1); };
       poll();
       detail::subdivide(outline, finest, poll);
-      detail::normalize(outline);
+      detail::normalize(outline, poll);
     }
   report(progress, Stage::Harmonize, 1);
   return result;

@@ -14,6 +14,7 @@
 #include "slice2mesh/arrange/exact.hpp"
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/arrange/segment_index.hpp"
+#include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/harmonize/simplify.hpp"
 
 namespace slice2mesh::detail {
@@ -26,8 +27,10 @@ enum class Bond : std::uint8_t { Free, OnEdge, OnVertex };
 inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, const std::vector<char>& old_edge,
                               double limit, const std::function<void()>& poll = {}) {
   const std::size_t count = outline.vertices.size();
+  Poll listen(poll, 1 << 12);
   std::vector<std::vector<std::int32_t>> edges_at(count);
   for (std::size_t e = 0; e < outline.edges.size(); ++e) {
+    listen();
     edges_at[std::size_t(outline.edges[e].a)].push_back(std::int32_t(e));
     edges_at[std::size_t(outline.edges[e].b)].push_back(std::int32_t(e));
   }
@@ -43,7 +46,7 @@ inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, c
     if (length < limit) order.push_back(std::int32_t(e));
   }
   if (order.empty()) return;
-  std::sort(order.begin(), order.end(), [&](std::int32_t e, std::int32_t f) {
+  sort_listening(order.begin(), order.end(), listen, [&](std::int32_t e, std::int32_t f) {
     const double le = length_of(e), lf = length_of(f);
     return le != lf ? le < lf : e < f;
   });
@@ -61,7 +64,6 @@ inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, c
     list.erase(std::find(list.begin(), list.end(), e));
     if (list.empty()) gone[std::size_t(v)] = 1;
   };
-  Poll listen(poll, 1 << 12);
   for (const std::int32_t e : order) {
     listen(16);
     if (!alive[std::size_t(e)] || length_of(e) >= limit) continue;
@@ -141,13 +143,16 @@ struct VertexMove {
 /// `poll` is called now and then.
 inline void move_vertices(Outline& outline, std::vector<VertexMove> moves, const std::function<void()>& poll = {}) {
   if (moves.empty()) return;
-  std::sort(moves.begin(), moves.end(), [](const VertexMove& m, const VertexMove& n) {
+  Poll listen(poll, 1 << 14);
+  sort_listening(moves.begin(), moves.end(), listen, [](const VertexMove& m, const VertexMove& n) {
     return m.length != n.length ? m.length < n.length : m.vertex < n.vertex;
   });
   EdgesAt edges_at(outline);
   double total = 0;
-  for (const Outline::Edge& e : outline.edges)
+  for (const Outline::Edge& e : outline.edges) {
+    listen();
     total += distance(outline.vertices[std::size_t(e.a)], outline.vertices[std::size_t(e.b)]);
+  }
   // Targets take part as points of their own, so that the way of a vertex is judged on where things are now: a vertex
   // that has moved counts at its new place through its target, and no longer at the old one.
   std::vector<GridPoint> points = outline.vertices;
@@ -159,9 +164,8 @@ inline void move_vertices(Outline& outline, std::vector<VertexMove> moves, const
   std::vector<std::int32_t> at(outline.vertices.size());  // index into points where a vertex is now
   for (std::size_t v = 0; v < at.size(); ++v) at[v] = std::int32_t(v);
   // Edges are found where they were at first, by a search that is wider by the longest move.
-  const SegmentIndex edges(outline);
+  const SegmentIndex edges(outline, &listen);
   const auto reach = std::int64_t(std::ceil(moves.back().length)) + 1;
-  Poll listen(poll, 1 << 14);
   const auto crosses = [&](std::int32_t v, const GridPoint& target) {
     const GridPoint& p = points[std::size_t(at[std::size_t(v)])];
     return edges.any_near(p, target, reach, [&](std::size_t e) {

@@ -16,6 +16,7 @@
 #include "slice2mesh/arrange/faces.hpp"
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/arrange/segment_index.hpp"
+#include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/harmonize/merge.hpp"
 #include "slice2mesh/harmonize/simplify.hpp"
@@ -268,23 +269,28 @@ enum class BandSplits : std::uint8_t {
   const Arrangement arrangement = snap_round(segments, attachment, poll);
   const ArrangementFaces faces = find_faces(arrangement, poll);
   const std::size_t face_count = faces.windings.size();
+  Poll listen(poll, 1 << 14);  // items looked at
 
   // Region of each face in the own outline and in the one below.
   std::vector<std::int32_t> own_label(face_count, kNone), below_label(face_count, kNone);
-  for (std::size_t f = 0; f < face_count; ++f)
+  for (std::size_t f = 0; f < face_count; ++f) {
+    listen(faces.windings[f].size() + 1);
     for (const EdgeTag& tag : faces.windings[f]) {
       if (tag.winding <= 0) continue;
       std::int32_t& label = tag.tag < regions ? own_label[f] : below_label[f];
       const std::int32_t region = tag.tag < regions ? tag.tag : tag.tag - regions;
       if (label == kNone || region < label) label = region;
     }
+  }
 
   // Pockets: connected faces on which the two differ. A pocket is thin if none of its vertices is far from the other
   // outline.
   DisjointSets pockets(face_count);
   const auto differs = [&](std::int32_t f) { return own_label[std::size_t(f)] != below_label[std::size_t(f)]; };
-  for (const auto& sides : faces.of_edge)
+  for (const auto& sides : faces.of_edge) {
+    listen();
     if (differs(sides[0]) && differs(sides[1])) pockets.unite(sides[0], sides[1]);
+  }
   std::vector<char> wide(face_count, 0);
   const auto is_own_edge = [&](std::size_t e) {
     return own_label[std::size_t(faces.of_edge[e][0])] != own_label[std::size_t(faces.of_edge[e][1])];
@@ -293,13 +299,14 @@ enum class BandSplits : std::uint8_t {
     return below_label[std::size_t(faces.of_edge[e][0])] != below_label[std::size_t(faces.of_edge[e][1])];
   };
   std::vector<char> on_own(arrangement.vertices.size(), 0), on_below(arrangement.vertices.size(), 0);
-  for (std::size_t e = 0; e < arrangement.edges.size(); ++e)
+  for (std::size_t e = 0; e < arrangement.edges.size(); ++e) {
+    listen();
     for (const std::int32_t v : {arrangement.edges[e].a, arrangement.edges[e].b}) {
       if (is_own_edge(e)) on_own[std::size_t(v)] = 1;
       if (is_below_edge(e)) on_below[std::size_t(v)] = 1;
     }
-  const SegmentIndex own_index(own);
-  Poll listen(poll, 1 << 14);  // items looked at
+  }
+  const SegmentIndex own_index(own, &listen);
   // Is a vertex of the arrangement at least the width away from one of the two outlines? Asked once for each.
   std::vector<char> known_far(arrangement.vertices.size(), 0);
   const auto vertex_is_far = [&](std::int32_t v, bool from_below) {
@@ -314,6 +321,7 @@ enum class BandSplits : std::uint8_t {
   };
   {
     for (std::size_t e = 0; e < arrangement.edges.size(); ++e) {
+      listen();
       for (const std::int32_t f : faces.of_edge[e]) {
         if (!differs(f)) continue;
         char& flag = wide[std::size_t(pockets.find(f))];
@@ -351,6 +359,7 @@ enum class BandSplits : std::uint8_t {
       for (std::size_t e = 0; e < outline.edges.size(); ++e) {
         const int count = (outline.edges[e].left != kNone) + (outline.edges[e].right != kNone);
         const std::vector<std::int32_t> path = arrangement.path(segment);
+        listen(4 * path.size());
         for (std::size_t i = 0; i + 1 < path.size(); ++i) {
           std::int32_t& slot = parent[edge_between(path[i], path[i + 1])];
           if (override_parent || slot == kNone) slot = first + std::int32_t(e);
@@ -369,9 +378,11 @@ enum class BandSplits : std::uint8_t {
     std::int32_t next = kNone;  // with the same smaller end
   };
   std::vector<SubEdge> subs;
-  for (std::size_t e = 0; e < arrangement.edges.size(); ++e)
+  for (std::size_t e = 0; e < arrangement.edges.size(); ++e) {
+    listen();
     if (is_wide(faces.of_edge[e][0]) || is_wide(faces.of_edge[e][1]))
       subs.push_back({arrangement.edges[e].a, arrangement.edges[e].b, std::int32_t(e)});
+  }
   std::vector<OutlinePiece> pieces;
   if (!subs.empty()) {
     std::vector<std::int32_t> local(points.size(), kNone), global;
@@ -632,6 +643,7 @@ enum class BandSplits : std::uint8_t {
       }
   }
   for (std::size_t e = 0; e < arrangement.edges.size(); ++e) {
+    listen();
     const auto& sides = faces.of_edge[e];
     if (is_wide(sides[0]) || is_wide(sides[1])) continue;
     const std::int32_t left = label_of(sides[0]), right = label_of(sides[1]);
@@ -646,11 +658,14 @@ enum class BandSplits : std::uint8_t {
   std::vector<char> at_below(outline.vertices.size(), 0);
   {
     std::vector<GridPoint> old_vertices = below.vertices;
-    std::sort(old_vertices.begin(), old_vertices.end());
-    for (std::size_t v = 0; v < at_below.size(); ++v)
+    sort_listening(old_vertices.begin(), old_vertices.end(), listen);
+    for (std::size_t v = 0; v < at_below.size(); ++v) {
+      listen(16);
       at_below[v] = std::binary_search(old_vertices.begin(), old_vertices.end(), outline.vertices[v]);
+    }
   }
   for (const OutlinePiece& p : join_pieces(pieces, at_below, poll)) {
+    listen();
     outline.edges.push_back({p.a, p.b, p.left, p.right});
     old_edge.push_back(p.parent != kNone && p.parent < below_edges);
     cut_edge.push_back(p.parent == kNone);
@@ -666,7 +681,7 @@ enum class BandSplits : std::uint8_t {
   // Where slices left the contour below and have come back, vertices stay behind on its straight edges: they go. The
   // overlay of the plane leads the edge through them where the contour below has them, so that both still coincide.
   simplify(outline, {}, {double(kContourStep), 0, 0, limits.longest}, poll);
-  normalize(outline);
+  normalize(outline, poll);
   return outline;
 }
 

@@ -151,11 +151,14 @@ inline void simplify(Outline& outline, const std::vector<char>& fixed, const Sim
                      const std::function<void()>& poll = {}) {
   const std::size_t count = outline.vertices.size();
   if (count < 4) return;
+  Poll listen(poll, 1 << 14);
   EdgesAt edges_at(outline);
   double length = 0;
-  for (const Outline::Edge& e : outline.edges)
+  for (const Outline::Edge& e : outline.edges) {
+    listen();
     length +=
         distance(outline.vertices[static_cast<std::size_t>(e.a)], outline.vertices[static_cast<std::size_t>(e.b)]);
+  }
   const VertexIndex index(outline.vertices, std::max(1.0, length / double(outline.edges.size())));
   std::vector<std::vector<std::int32_t>> dropped(outline.edges.size());  // vertices that an edge passes over
   std::vector<char> alive_vertex(count, 1), alive_edge(outline.edges.size(), 1);
@@ -172,7 +175,6 @@ inline void simplify(Outline& outline, const std::vector<char>& fixed, const Sim
     const Outline::Edge& edge = outline.edges[static_cast<std::size_t>(e)];
     return edge.a == v ? edge.b : edge.a;
   };
-  Poll listen(poll, 1 << 14);
   const auto consider = [&](std::int32_t v) {
     listen(16);
     const EdgesAt::Range at = edges_at[static_cast<std::size_t>(v)];

@@ -30,7 +30,8 @@ class SliceNearness {
 public:
   using Edge = std::pair<GridPoint, GridPoint>;
 
-  explicit SliceNearness(const Outline& slice) : slice_(slice) {}
+  /// `listen` is called for what is worked on.
+  explicit SliceNearness(const Outline& slice, Poll* listen = nullptr) : slice_(slice, listen) {}
 
   /// Is every point of an edge of the contour near to the slice?
   [[nodiscard]] bool is_near(const Edge& edge, const NearnessLimits& limits, Poll* listen) {

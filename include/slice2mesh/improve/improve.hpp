@@ -35,9 +35,9 @@ inline bool improve(const LayerRegions& regions, Contours& contours, PlaneStack&
   if (!(options.collapse_above >= 1)) throw OptionError("improve.collapse_above", "must be at least 1");
   if (!(options.most_work >= 0)) throw OptionError("improve.most_work", "must be 0 or more");
   if (options.rounds == 0 || contours.eps == 0 || mesh.vertices.size() != plc.vertices.size()) return false;
+  const std::function<void()> poll = [&] { report(progress, Stage::Improve, 1); };
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
     if (mesh.vertices[v] != plc.position(v)) return false;
-  const std::function<void()> poll = [&] { report(progress, Stage::Improve, 1); };
   {
     detail::MeshOptimizer optimizer(contours, options.move_contours ? &regions.outlines : nullptr, stack, mesh, options,
                                     progress);
@@ -45,17 +45,23 @@ inline bool improve(const LayerRegions& regions, Contours& contours, PlaneStack&
     if (const detail::ContourColumns* columns = optimizer.columns()) {
       contours.outlines = columns->outlines();
       const double eps = contours.tolerance / contours.grid.pitch;
-      for (std::size_t s = 0; s < contours.outlines.size(); ++s)
+      for (std::size_t s = 0; s < contours.outlines.size(); ++s) {
+        poll();
         if (columns->touched()[s])
           contours.deviation[s] =
               detail::measured_deviation(contours.outlines[s], regions.outlines[s], eps, poll) * contours.grid.pitch;
+      }
     }
   }
   poll();
   plc = build_plc(contours, stack.meshes, stack.slab_planes, true, {}, poll);
   poll();
   mesh.vertices.clear();
-  for (std::size_t v = 0; v < plc.vertices.size(); ++v) mesh.vertices.push_back(plc.position(v));
+  detail::Poll listen(poll, 1 << 16);
+  for (std::size_t v = 0; v < plc.vertices.size(); ++v) {
+    listen();
+    mesh.vertices.push_back(plc.position(v));
+  }
   mesh.facets = plc.facets;
   return true;
 }

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <set>
 #include <string>
 #include <utility>
@@ -15,6 +16,7 @@
 
 #include "slice2mesh/core/error.hpp"
 #include "slice2mesh/core/mesh.hpp"
+#include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/fem/boundary_sets.hpp"
 #include "slice2mesh/fem/quadratic.hpp"
 #include "slice2mesh/io/write_options.hpp"
@@ -35,22 +37,30 @@ struct ElementGroups {
   std::vector<ElementGroup> groups;  ///< by slab, then region
 };
 
-/// Throws Error (Stage::Write) unless the mesh can be written: arrays that fit together, finite coordinates.
-inline void check_writable(const Mesh& mesh) {
-  check_mesh_arrays(mesh, Stage::Write);
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+/// Throws Error (Stage::Write) unless the mesh can be written: arrays that fit together, finite coordinates. `poll` is
+/// called now and then, here and below.
+inline void check_writable(const Mesh& mesh, const std::function<void()>& poll = {}) {
+  check_mesh_arrays(mesh, Stage::Write, poll);
+  Poll listen(poll, 1 << 16);
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    listen();
     for (const double x : mesh.vertices[v])
       if (!std::isfinite(x))
         throw Error(Stage::Write, "vertex " + std::to_string(v) + " has a coordinate that is not finite");
+  }
 }
 
-[[nodiscard]] inline ElementGroups group_elements(const Mesh& mesh) {
+[[nodiscard]] inline ElementGroups group_elements(const Mesh& mesh, const std::function<void()>& poll = {}) {
+  Poll listen(poll, 1 << 16);
   const std::size_t regions = mesh.regions.size();
   const auto key = [&mesh, regions](std::size_t t) {
     return static_cast<std::size_t>(mesh.tet_slab[t]) * regions + static_cast<std::size_t>(mesh.tet_region[t]);
   };
   std::vector<std::size_t> begin(mesh.slabs.size() * regions + 1, 0);
-  for (std::size_t t = 0; t < mesh.tets.size(); ++t) ++begin[key(t) + 1];
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    listen();
+    ++begin[key(t) + 1];
+  }
   for (std::size_t k = 1; k < begin.size(); ++k) begin[k] += begin[k - 1];
   ElementGroups result;
   for (std::size_t k = 0; k + 1 < begin.size(); ++k)
@@ -58,7 +68,10 @@ inline void check_writable(const Mesh& mesh) {
       result.groups.push_back(
           {static_cast<std::int32_t>(k / regions), static_cast<std::int32_t>(k % regions), begin[k], begin[k + 1]});
   result.order.resize(mesh.tets.size());
-  for (std::size_t t = 0; t < mesh.tets.size(); ++t) result.order[begin[key(t)]++] = t;
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    listen();
+    result.order[begin[key(t)]++] = t;
+  }
   return result;
 }
 
@@ -129,7 +142,8 @@ struct SurfaceSet {
 [[nodiscard]] inline std::vector<SurfaceSet> wanted_surfaces(const Mesh& mesh, const WriteOptions& options,
                                                              bool overlap) {
   if (!options.surfaces) return {};
-  BoundarySets sets = boundary_sets(mesh);
+  BoundarySets sets = boundary_sets(mesh, options.poll);
+  Poll listen(options.poll, 1 << 14);
   std::vector<SurfaceSet> result;
   const auto add = [&result](std::string name, std::size_t tag, std::vector<TetFace> faces) {
     if (!faces.empty()) result.push_back({std::move(name), static_cast<std::int32_t>(tag), std::move(faces)});
@@ -150,9 +164,13 @@ struct SurfaceSet {
   if (!overlap)
     for (const SurfaceSet& set : result)
       if (set.tag > static_cast<std::int32_t>(BoundaryKind::SupportInterface))
-        for (const TetFace& f : set.faces) taken.insert(corners(f));
+        for (const TetFace& f : set.faces) {
+          listen(16);
+          taken.insert(corners(f));
+        }
   const std::size_t slabs = mesh.slabs.size();
   for (std::size_t s = 0; s < slabs; ++s) {
+    listen(sets.covered_begin[s + 1] - sets.covered_begin[s] + 1);
     std::vector<TetFace> faces = covered_faces(sets, static_cast<std::int32_t>(s));
     faces.erase(std::remove_if(faces.begin(), faces.end(),
                                [&](const TetFace& f) { return !taken.empty() && taken.count(corners(f)) > 0; }),
@@ -170,8 +188,8 @@ struct SurfaceSet {
 /// them.
 class FileNodes {
 public:
-  FileNodes(const Mesh& mesh, bool quadratic) : mesh_(mesh), quadratic_(quadratic) {
-    if (quadratic) nodes_ = quadratic_nodes(mesh);
+  FileNodes(const Mesh& mesh, const WriteOptions& options) : mesh_(mesh), quadratic_(options.quadratic) {
+    if (quadratic_) nodes_ = quadratic_nodes(mesh, options.poll);
   }
   [[nodiscard]] bool quadratic() const { return quadratic_; }
   [[nodiscard]] std::size_t count() const { return mesh_.vertices.size() + nodes_.edges.size(); }

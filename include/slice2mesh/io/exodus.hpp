@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <memory>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -20,8 +21,10 @@
 #include "slice2mesh/core/atomic_file.hpp"
 #include "slice2mesh/core/error.hpp"
 #include "slice2mesh/core/mesh.hpp"
+#include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/fem/activation.hpp"
 #include "slice2mesh/io/element_groups.hpp"
+#include "slice2mesh/io/output_buffer.hpp"
 #include "slice2mesh/io/write_options.hpp"
 
 namespace slice2mesh {
@@ -88,12 +91,13 @@ public:
     const std::array<std::size_t, 2> count = {1, values.size()};
     check(nc_put_vara_double(id_, variable, start.data(), count.data(), values.data()));
   }
-  void close(std::ostream& out) {
+  void close(OutputBuffer& out) {
     NC_memio image{};
     open_ = false;
     check(nc_close_memio(id_, &image));
-    out.write(static_cast<const char*>(image.memory), static_cast<std::streamsize>(image.size));
-    std::free(image.memory);
+    const std::unique_ptr<void, void (*)(void*)> memory(image.memory, std::free);
+    out.bytes(image.memory, image.size);
+    out.flush();
   }
 
 private:
@@ -117,13 +121,13 @@ private:
 /// stream tells whether everything was taken. Cost: linear; the file is made in memory. Two calls must not run at the
 /// same time (netCDF cannot).
 inline void write_exodus(std::ostream& out, const Mesh& mesh, const WriteOptions& options = {}) {
-  detail::check_writable(mesh);
+  detail::check_writable(mesh, options.poll);
   if (mesh.tets.empty()) throw Error(Stage::Write, "Exodus II cannot hold a mesh without elements");
   if (!(options.time_per_layer >= 0)) throw OptionError("time_per_layer", "must not be negative");
-  const detail::ElementGroups elements = detail::group_elements(mesh);
+  const detail::ElementGroups elements = detail::group_elements(mesh, options.poll);
   const std::vector<std::string> regions = detail::region_names(mesh);
   const std::vector<detail::SurfaceSet> surfaces = detail::wanted_surfaces(mesh, options, true);
-  const detail::FileNodes nodes(mesh, options.quadratic);
+  const detail::FileNodes nodes(mesh, options);
   const bool with_times = options.activation || options.time_per_layer > 0;
 
   std::vector<std::string> block_names;
@@ -197,15 +201,20 @@ inline void write_exodus(std::ostream& out, const Mesh& mesh, const WriteOptions
   }
   file.end_definitions();
 
+  detail::Poll listen(options.poll, 1 << 16);
   file.put(axis_names, {"x", "y", "z"}, longest + 1);
   for (std::size_t i = 0; i < 3; ++i) {
     std::vector<double> values(nodes.count());
-    for (std::size_t v = 0; v < values.size(); ++v) values[v] = nodes.position(v)[i];
+    for (std::size_t v = 0; v < values.size(); ++v) {
+      listen();
+      values[v] = nodes.position(v)[i];
+    }
     file.put(coordinates[i], values);
   }
   std::vector<int> numbers(mesh.tets.size());
   std::vector<int> place(mesh.tets.size());  // of every tet in the file, from 1
   for (std::size_t i = 0; i < elements.order.size(); ++i) {
+    listen();
     numbers[i] = static_cast<int>(elements.order[i]) + 1;
     place[elements.order[i]] = static_cast<int>(i) + 1;
   }
@@ -225,6 +234,7 @@ inline void write_exodus(std::ostream& out, const Mesh& mesh, const WriteOptions
     numbers.clear();
     std::vector<double> values;
     for (std::size_t i = group.begin; i < group.end; ++i) {
+      listen();
       const std::size_t t = elements.order[i];
       for (std::size_t n = 0; n < nodes.per_tet(); ++n) numbers.push_back(static_cast<int>(nodes.of_tet(t, n)) + 1);
       if (with_times)
@@ -244,6 +254,7 @@ inline void write_exodus(std::ostream& out, const Mesh& mesh, const WriteOptions
       numbers.clear();
       std::vector<int> sides;
       for (const TetFace& f : surfaces[k].faces) {
+        listen();
         numbers.push_back(place[static_cast<std::size_t>(f.tet)]);
         sides.push_back(detail::exodus_face(f.face));
       }
@@ -251,7 +262,8 @@ inline void write_exodus(std::ostream& out, const Mesh& mesh, const WriteOptions
       file.put(set_sides[k], sides);
     }
   }
-  file.close(out);
+  detail::OutputBuffer buffer(out, options.poll);
+  file.close(buffer);
 }
 
 #else

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <ostream>
 #include <string>
 #include <utility>
@@ -96,12 +97,12 @@ inline void put_inp_set(OutputBuffer& buffer, const char* type, const std::strin
 /// Errors: Error (Stage::Write) for a mesh whose arrays do not fit together. The state of the stream tells whether
 /// everything was taken. Cost: linear.
 inline void write_inp(std::ostream& out, const Mesh& mesh, const WriteOptions& options = {}) {
-  detail::check_writable(mesh);
-  const detail::ElementGroups elements = detail::group_elements(mesh);
+  detail::check_writable(mesh, options.poll);
+  const detail::ElementGroups elements = detail::group_elements(mesh, options.poll);
   const std::vector<std::string> names = detail::region_names(mesh);
   const std::vector<detail::SurfaceSet> surfaces = detail::wanted_surfaces(mesh, options, true);
-  const detail::FileNodes nodes(mesh, options.quadratic);
-  detail::OutputBuffer buffer(out);
+  const detail::FileNodes nodes(mesh, options);
+  detail::OutputBuffer buffer(out, options.poll);
   buffer.text("** slice2mesh: lengths in mm\n*NODE, NSET=NALL\n");
   for (std::size_t v = 0; v < nodes.count(); ++v) {
     buffer.integer(v + 1);
@@ -171,10 +172,11 @@ inline void write_inp(const std::string& path, const Mesh& mesh, const WriteOpti
 /// initial temperature), every other one adds a layer; convection
 /// acts in each step on the faces that are then exposed (element sets `KEPT_<layer>_F<face>`: exposed from that layer
 /// on; `OPEN_<layer>_F<face>`: exposed until the next layer covers them). Precondition: every tet lies in its slab (the
-/// certificate checks it). Errors: OptionError for a value out of its range, Error (Stage::Write, Stage::Fem). Cost:
+/// certificate checks it). `poll` is called now and then, see `WriteOptions::poll`. Errors: OptionError for a value out
+/// of its range, Error (Stage::Write, Stage::Fem). Cost:
 /// linear in the mesh, and a few lines per pair of layers (convection is listed anew in every step).
 inline void write_inp_steps(std::ostream& out, const Mesh& mesh, const std::string& mesh_file,
-                            const InpStepOptions& options = {}) {
+                            const InpStepOptions& options = {}, const std::function<void()>& poll = {}) {
   const auto require = [](bool good, const char* name, const char* range) {
     if (!good) throw OptionError(name, range);
   };
@@ -191,11 +193,11 @@ inline void write_inp_steps(std::ostream& out, const Mesh& mesh, const std::stri
           "must be finite");
   if (mesh_file.find_first_of("\r\n") != std::string::npos)
     throw Error(Stage::Write, "the name of the mesh file has a line end");
-  detail::check_writable(mesh);
-  const BoundarySets sets = boundary_sets(mesh);
+  detail::check_writable(mesh, poll);
+  const BoundarySets sets = boundary_sets(mesh, poll);
   const std::vector<bool> filled = detail::filled_slabs(mesh);
   const std::size_t slab_count = mesh.slabs.size();
-  detail::OutputBuffer buffer(out);
+  detail::OutputBuffer buffer(out, poll);
   const auto put_real = [&](double value) { buffer.real_within(value, detail::kInpRealWidth); };
   buffer.text("** slice2mesh: layers come to life one after the other\n*INCLUDE, INPUT=").text(mesh_file);
   buffer.text("\n*MATERIAL, NAME=PRINTED\n*CONDUCTIVITY\n");
@@ -289,8 +291,9 @@ inline void write_inp_steps(std::ostream& out, const Mesh& mesh, const std::stri
 /// Write the job, whole or not at all. `mesh_file` is the name under which the solver finds the mesh.
 /// Errors: those of the stream version, FileError.
 inline void write_inp_steps(const std::string& path, const Mesh& mesh, const std::string& mesh_file,
-                            const InpStepOptions& options = {}) {
-  write_file_atomically(path, Stage::Write, [&](std::ostream& out) { write_inp_steps(out, mesh, mesh_file, options); });
+                            const InpStepOptions& options = {}, const std::function<void()>& poll = {}) {
+  write_file_atomically(path, Stage::Write,
+                        [&](std::ostream& out) { write_inp_steps(out, mesh, mesh_file, options, poll); });
 }
 
 /// Write a mesh and its job: the mesh at `path` (which ends in .inp), the steps at `<stem>_steps.inp` beside it, which
@@ -306,7 +309,8 @@ inline void write_inp_job(const std::string& path, const Mesh& mesh, const InpSt
   AtomicFile mesh_file(path, Stage::Write);
   AtomicFile step_file(stem + "_steps.inp", Stage::Write);
   write_inp(mesh_file.stream(), mesh, options);
-  write_inp_steps(step_file.stream(), mesh, slash == std::string::npos ? path : path.substr(slash + 1), steps);
+  write_inp_steps(step_file.stream(), mesh, slash == std::string::npos ? path : path.substr(slash + 1), steps,
+                  options.poll);
   mesh_file.commit();
   step_file.commit();
 }

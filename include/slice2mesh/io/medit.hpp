@@ -26,11 +26,11 @@ namespace slice2mesh {
 /// Errors: Error (Stage::Write) for a mesh whose arrays do not fit together. The state of the stream tells whether
 /// everything was taken. Cost: linear.
 inline void write_medit(std::ostream& out, const Mesh& mesh, const WriteOptions& options = {}) {
-  detail::check_writable(mesh);
+  detail::check_writable(mesh, options.poll);
   const std::vector<detail::SurfaceSet> surfaces = detail::wanted_surfaces(mesh, options, false);
   std::size_t triangle_count = 0;
   for (const detail::SurfaceSet& set : surfaces) triangle_count += set.faces.size();
-  detail::OutputBuffer buffer(out);
+  detail::OutputBuffer buffer(out, options.poll);
   buffer.text("MeshVersionFormatted 2\n\nDimension 3\n\nVertices\n").integer(mesh.vertices.size()).character('\n');
   for (const std::array<double, 3>& p : mesh.vertices)
     buffer.real(p[0]).character(' ').real(p[1]).character(' ').real(p[2]).text(" 0\n");

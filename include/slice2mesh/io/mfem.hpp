@@ -29,7 +29,7 @@ namespace slice2mesh {
 /// Errors: Error (Stage::Write) for a mesh whose arrays do not fit together. The state of the stream tells whether
 /// everything was taken. Cost: linear.
 inline void write_mfem(std::ostream& out, const Mesh& mesh, const WriteOptions& options = {}) {
-  detail::check_writable(mesh);
+  detail::check_writable(mesh, options.poll);
   const std::size_t slab_count = mesh.slabs.size();
   if (slab_count * mesh.regions.size() > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))
     throw Error(Stage::Write, "more pairs of slab and region than attributes");
@@ -37,7 +37,7 @@ inline void write_mfem(std::ostream& out, const Mesh& mesh, const WriteOptions& 
   const auto attribute = [slab_count](std::int32_t slab, std::int32_t region) {
     return static_cast<std::size_t>(region) * slab_count + static_cast<std::size_t>(slab) + 1;
   };
-  detail::OutputBuffer buffer(out);
+  detail::OutputBuffer buffer(out, options.poll);
   buffer.text(options.mfem_names ? "MFEM mesh v1.3\n" : "MFEM mesh v1.0\n");
   buffer.text("\ndimension\n3\n\nelements\n").integer(mesh.tets.size()).character('\n');
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
@@ -47,7 +47,7 @@ inline void write_mfem(std::ostream& out, const Mesh& mesh, const WriteOptions& 
   }
   if (options.mfem_names) {
     const std::vector<std::string> names = detail::region_names(mesh);
-    const std::vector<detail::ElementGroup> groups = detail::group_elements(mesh).groups;
+    const std::vector<detail::ElementGroup> groups = detail::group_elements(mesh, options.poll).groups;
     std::vector<std::vector<std::size_t>> by_slab(slab_count);
     std::vector<std::vector<std::size_t>> by_region(names.size());
     std::size_t set_count = groups.size();

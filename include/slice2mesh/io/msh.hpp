@@ -29,15 +29,15 @@ namespace slice2mesh {
 /// Errors: Error (Stage::Write) for a mesh whose arrays do not fit together. The state of the stream tells whether
 /// everything was taken. Cost: linear.
 inline void write_msh(std::ostream& out, const Mesh& mesh, const WriteOptions& options = {}) {
-  detail::check_writable(mesh);
-  const detail::ElementGroups elements = detail::group_elements(mesh);
+  detail::check_writable(mesh, options.poll);
+  const detail::ElementGroups elements = detail::group_elements(mesh, options.poll);
   const std::vector<std::string> names = detail::region_names(mesh);
   const std::vector<detail::SurfaceSet> surfaces = detail::wanted_surfaces(mesh, options, false);
-  const detail::FileNodes nodes(mesh, options.quadratic);
+  const detail::FileNodes nodes(mesh, options);
   std::size_t triangle_count = 0;
   for (const detail::SurfaceSet& set : surfaces) triangle_count += set.faces.size();
   const bool binary = options.binary;
-  detail::OutputBuffer buffer(out);
+  detail::OutputBuffer buffer(out, options.poll);
 
   // Numbers of one line (text) or one record (binary): int is 4 bytes, size_t 8.
   const auto put_int = [&](std::int32_t value) {

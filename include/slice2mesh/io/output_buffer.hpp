@@ -8,8 +8,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <functional>
 #include <ostream>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace slice2mesh::detail {
@@ -23,10 +25,12 @@ namespace slice2mesh::detail {
 }
 
 /// Collects output in a large block and hands it to the stream. A stream that fails is written to no more; its state
-/// tells so, as with any stream. `flush` must be called at the end.
+/// tells so, as with any stream. `flush` must be called at the end. `poll` is called for every block; what it throws
+/// ends the output.
 class OutputBuffer {
 public:
-  explicit OutputBuffer(std::ostream& out) : out_(out), block_(kBlockBytes) {}
+  explicit OutputBuffer(std::ostream& out, std::function<void()> poll = {})
+      : out_(out), poll_(std::move(poll)), block_(kBlockBytes) {}
   OutputBuffer(const OutputBuffer&) = delete;
   OutputBuffer& operator=(const OutputBuffer&) = delete;
 
@@ -78,24 +82,28 @@ public:
   }
   void bytes(const void* data, std::size_t count) {
     if (count == 0) return;
+    const char* from = static_cast<const char*>(data);
     if (count > block_.size() - used_) {
       flush();
-      if (count >= block_.size()) {
-        if (out_) out_.write(static_cast<const char*>(data), static_cast<std::streamsize>(count));
-        return;
+      for (std::size_t piece = 0; count >= block_.size(); from += piece, count -= piece) {
+        piece = std::min(count, kPieceBytes);
+        if (out_) out_.write(from, static_cast<std::streamsize>(piece));
+        if (poll_) poll_();
       }
     }
-    std::memcpy(block_.data() + used_, data, count);
+    std::memcpy(block_.data() + used_, from, count);
     used_ += count;
   }
   void flush() {
     if (out_ && used_ > 0) out_.write(block_.data(), static_cast<std::streamsize>(used_));
     used_ = 0;
+    if (poll_) poll_();
   }
 
 private:
   static constexpr std::size_t kBlockBytes = std::size_t{1} << 20;
-  static constexpr std::size_t kNumberBytes = 32;  // the longest shortest double has 24 characters
+  static constexpr std::size_t kPieceBytes = 16 * kBlockBytes;  // of what is written as it is, between two polls
+  static constexpr std::size_t kNumberBytes = 32;               // the longest shortest double has 24 characters
 
   char* room(std::size_t count) {
     if (count > block_.size() - used_) flush();
@@ -103,6 +111,7 @@ private:
   }
 
   std::ostream& out_;
+  std::function<void()> poll_;
   std::vector<char> block_;
   std::size_t used_ = 0;
 };

@@ -15,6 +15,7 @@
 #include "slice2mesh/core/atomic_file.hpp"
 #include "slice2mesh/core/error.hpp"
 #include "slice2mesh/core/plc.hpp"
+#include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/fem/boundary_sets.hpp"
 #include "slice2mesh/io/output_buffer.hpp"
 #include "slice2mesh/io/write_options.hpp"
@@ -38,8 +39,10 @@ struct PlcSelection {
     if (plc.vertex_plane[v] < 0 || static_cast<std::size_t>(plc.vertex_plane[v]) >= plc.planes.size())
       throw Error(Stage::Write, "vertex " + std::to_string(v) + " names a plane that does not exist");
   PlcSelection selection;
+  Poll listen(options.poll, 1 << 16);
   std::vector<std::int32_t> number(plc.vertices.size(), options.inner_faces ? 0 : kNone);
   for (std::size_t f = 0; f < plc.facets.size(); ++f) {
+    listen();
     const Facet& facet = plc.facets[f];
     for (const std::int32_t v : facet.vertices)
       if (v < 0 || static_cast<std::size_t>(v) >= plc.vertices.size())
@@ -55,6 +58,7 @@ struct PlcSelection {
     }
   selection.faces.reserve(selection.facets.size());
   for (const std::size_t f : selection.facets) {
+    listen();
     const std::array<std::int32_t, 3>& v = plc.facets[f].vertices;
     selection.faces.push_back({number[static_cast<std::size_t>(v[0])], number[static_cast<std::size_t>(v[1])],
                                number[static_cast<std::size_t>(v[2])]});
@@ -70,7 +74,7 @@ struct PlcSelection {
 /// taken. Cost: linear. The same holds for the other formats.
 inline void write_off(std::ostream& out, const Plc& plc, const PlcWriteOptions& options = {}) {
   const detail::PlcSelection selection = detail::select_facets(plc, options);
-  detail::OutputBuffer buffer(out);
+  detail::OutputBuffer buffer(out, options.poll);
   buffer.text("OFF\n").integer(selection.points.size()).character(' ').integer(selection.faces.size()).text(" 0\n");
   for (const std::array<double, 3>& p : selection.points)
     buffer.real(p[0]).character(' ').real(p[1]).character(' ').real(p[2]).character('\n');
@@ -82,7 +86,7 @@ inline void write_off(std::ostream& out, const Plc& plc, const PlcWriteOptions& 
 /// Write a PLC as OBJ, one group ("g down", "g up", ...) per label. Otherwise as `write_off`.
 inline void write_obj(std::ostream& out, const Plc& plc, const PlcWriteOptions& options = {}) {
   const detail::PlcSelection selection = detail::select_facets(plc, options);
-  detail::OutputBuffer buffer(out);
+  detail::OutputBuffer buffer(out, options.poll);
   for (const std::array<double, 3>& p : selection.points)
     buffer.text("v ").real(p[0]).character(' ').real(p[1]).character(' ').real(p[2]).character('\n');
   for (const FacetLabel label :
@@ -105,7 +109,7 @@ inline void write_obj(std::ostream& out, const Plc& plc, const PlcWriteOptions& 
 /// Otherwise as `write_off`.
 inline void write_ply(std::ostream& out, const Plc& plc, const PlcWriteOptions& options = {}) {
   const detail::PlcSelection selection = detail::select_facets(plc, options);
-  detail::OutputBuffer buffer(out);
+  detail::OutputBuffer buffer(out, options.poll);
   buffer.text("ply\nformat binary_little_endian 1.0\ncomment label: 0 down, 1 up, 2 interface, 3 wall, 4 inner_wall\n");
   buffer.text("element vertex ").integer(selection.points.size());
   buffer.text("\nproperty double x\nproperty double y\nproperty double z\nelement face ")
@@ -129,7 +133,7 @@ inline void write_ply(std::ostream& out, const Plc& plc, const PlcWriteOptions& 
 inline void write_stl(std::ostream& out, const Plc& plc, const PlcWriteOptions& options = {}) {
   const detail::PlcSelection selection = detail::select_facets(plc, options);
   if (selection.faces.size() > 0xffffffffU) throw Error(Stage::Write, "more triangles than STL can count");
-  detail::OutputBuffer buffer(out);
+  detail::OutputBuffer buffer(out, options.poll);
   std::array<char, 80> header{};  // must not begin with "solid"
   const std::string title = "slice2mesh, millimetres";
   std::copy(title.begin(), title.end(), header.begin());

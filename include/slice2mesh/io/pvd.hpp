@@ -95,7 +95,7 @@ inline void write_pvd(std::ostream& out, const std::vector<PvdFrame>& frames) {
 /// Write one step as VTU: the sub-mesh of the slabs up to that of the frame. Errors and options: those of `write_vtu`.
 inline void write_pvd_frame(std::ostream& out, const Mesh& mesh, const PvdFrame& frame,
                             const WriteOptions& options = {}) {
-  const SubMesh domain = layers_of(mesh, 0, frame.slab);
+  const SubMesh domain = layers_of(mesh, 0, frame.slab, options.poll);
   WriteOptions own = options;
   if (options.activation)
     own.activation = [&](std::int32_t slab, std::size_t tet) {

@@ -15,8 +15,10 @@
 
 #include "slice2mesh/core/atomic_file.hpp"
 #include "slice2mesh/core/error.hpp"
+#include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/core/plc.hpp"
+#include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/io/element_groups.hpp"
 #include "slice2mesh/io/output_buffer.hpp"
 #include "slice2mesh/io/plc_files.hpp"
@@ -26,9 +28,9 @@ namespace slice2mesh {
 
 /// Write the vertices of a mesh as .node, counted from 0. Coordinates round-trip exactly. Cost: linear.
 /// Errors: Error (Stage::Write) for a mesh whose arrays do not fit together.
-inline void write_tetgen_nodes(std::ostream& out, const Mesh& mesh) {
-  detail::check_writable(mesh);
-  detail::OutputBuffer buffer(out);
+inline void write_tetgen_nodes(std::ostream& out, const Mesh& mesh, const WriteOptions& options = {}) {
+  detail::check_writable(mesh, options.poll);
+  detail::OutputBuffer buffer(out, options.poll);
   buffer.integer(mesh.vertices.size()).text(" 3 0 0\n");
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     buffer.integer(v);
@@ -40,9 +42,9 @@ inline void write_tetgen_nodes(std::ostream& out, const Mesh& mesh) {
 
 /// Write the tets of a mesh as .ele, counted from 0, with one attribute: the index of the slab plus one. Cost: linear.
 /// Errors: Error (Stage::Write) for a mesh whose arrays do not fit together.
-inline void write_tetgen_elements(std::ostream& out, const Mesh& mesh) {
-  detail::check_writable(mesh);
-  detail::OutputBuffer buffer(out);
+inline void write_tetgen_elements(std::ostream& out, const Mesh& mesh, const WriteOptions& options = {}) {
+  detail::check_writable(mesh, options.poll);
+  detail::OutputBuffer buffer(out, options.poll);
   buffer.integer(mesh.tets.size()).text(" 4 1\n");
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
     const std::array<std::int32_t, 4>& tet = mesh.tets[t];
@@ -56,14 +58,14 @@ inline void write_tetgen_elements(std::ostream& out, const Mesh& mesh) {
 /// Write a mesh as `<stem>.node` and `<stem>.ele`; `path` names either of them. Both are complete before the first
 /// takes its place. Errors: those of `write_tetgen_nodes` and `write_tetgen_elements`; FileError (also for
 /// another extension).
-inline void write_tetgen(const std::string& path, const Mesh& mesh) {
+inline void write_tetgen(const std::string& path, const Mesh& mesh, const WriteOptions& options = {}) {
   const std::string extension = detail::extension(path);
   if (extension != "node" && extension != "ele") throw FileError(Stage::Write, path, "must end in .node or .ele");
   const std::string stem = path.substr(0, path.size() - extension.size());
   AtomicFile nodes(stem + "node", Stage::Write);
   AtomicFile elements(stem + "ele", Stage::Write);
-  write_tetgen_nodes(nodes.stream(), mesh);
-  write_tetgen_elements(elements.stream(), mesh);
+  write_tetgen_nodes(nodes.stream(), mesh, options);
+  write_tetgen_elements(elements.stream(), mesh, options);
   nodes.commit();
   elements.commit();
 }
@@ -97,16 +99,18 @@ struct TriangleSide {
 
 /// Calls `visit(first, last)` for the triangles around every edge: a range of TriangleSide.
 template <class Visit>
-void for_each_edge(const Plc& plc, const std::vector<std::size_t>& facets, Visit visit) {
+void for_each_edge(const Plc& plc, const std::vector<std::size_t>& facets, Poll& listen, Visit visit) {
   std::vector<TriangleSide> sides;
   sides.reserve(3 * facets.size());
   for (std::size_t i = 0; i < facets.size(); ++i) {
+    listen();
     const std::array<std::int32_t, 3>& v = plc.facets[facets[i]].vertices;
     for (std::size_t k = 0; k < 3; ++k)
       sides.push_back({std::min(v[k], v[(k + 1) % 3]), std::max(v[k], v[(k + 1) % 3]), i});
   }
-  std::sort(sides.begin(), sides.end());
+  sort_listening(sides.begin(), sides.end(), listen);
   for (auto first = sides.begin(); first != sides.end();) {
+    listen();
     auto last = first + 1;
     while (last != sides.end() && last->a == first->a && last->b == first->b) ++last;
     visit(first, last);
@@ -130,13 +134,13 @@ void for_each_edge(const Plc& plc, const std::vector<std::size_t>& facets, Visit
 /// One point in every closed void. What stands over an up-facing facet is void up to the next plane, so the points are
 /// taken there, one per component of the skin that is oriented inward. Components that touch themselves or others along
 /// an edge get a point as well, whatever their orientation; in the open it does no harm.
-[[nodiscard]] inline std::vector<std::array<double, 3>> void_points(const Plc& plc) {
+[[nodiscard]] inline std::vector<std::array<double, 3>> void_points(const Plc& plc, Poll& listen) {
   std::vector<std::size_t> skin;
   for (std::size_t f = 0; f < plc.facets.size(); ++f)
     if (plc.facets[f].front.empty() || plc.facets[f].back.empty()) skin.push_back(f);
   Components components(skin.size());
   std::vector<bool> touches(skin.size(), false);
-  for_each_edge(plc, skin, [&](auto first, auto last) {
+  for_each_edge(plc, skin, listen, [&](auto first, auto last) {
     if (last - first == 2)
       components.join(first->triangle, (first + 1)->triangle);
     else
@@ -149,6 +153,7 @@ void for_each_edge(const Plc& plc, const std::vector<std::size_t>& facets, Visit
   };
   std::vector<Shell> shells(skin.size());
   for (std::size_t i = 0; i < skin.size(); ++i) {
+    listen();
     const Facet& facet = plc.facets[skin[i]];
     Shell& shell = shells[components.find(i)];
     // Horizontal facets alone give the volume: height times area seen from above, down-facing negative.
@@ -171,7 +176,8 @@ void for_each_edge(const Plc& plc, const std::vector<std::size_t>& facets, Visit
 }
 
 /// One point in every connected piece of every slab and region, with the slab: taken above its floor.
-[[nodiscard]] inline std::vector<std::pair<std::array<double, 3>, std::int32_t>> cell_points(const Plc& plc) {
+[[nodiscard]] inline std::vector<std::pair<std::array<double, 3>, std::int32_t>> cell_points(const Plc& plc,
+                                                                                             Poll& listen) {
   const auto cell_above = [](const Facet& facet) {
     if (facet.label == FacetLabel::Interface) return facet.front;
     return facet.label == FacetLabel::Down ? facet.back : Side{};
@@ -180,7 +186,7 @@ void for_each_edge(const Plc& plc, const std::vector<std::size_t>& facets, Visit
   for (std::size_t f = 0; f < plc.facets.size(); ++f)
     if (!cell_above(plc.facets[f]).empty()) floors.push_back(f);
   Components components(floors.size());
-  for_each_edge(plc, floors, [&](auto first, auto last) {
+  for_each_edge(plc, floors, listen, [&](auto first, auto last) {
     for (auto i = first; i != last; ++i)
       for (auto j = i + 1; j != last; ++j)
         if (cell_above(plc.facets[floors[i->triangle]]) == cell_above(plc.facets[floors[j->triangle]]))
@@ -203,7 +209,7 @@ void for_each_edge(const Plc& plc, const std::vector<std::size_t>& facets, Visit
 /// do not fit together. Cost: n log n.
 inline void write_poly(std::ostream& out, const Plc& plc, const PlcWriteOptions& options = {}) {
   const detail::PlcSelection selection = detail::select_facets(plc, options);
-  detail::OutputBuffer buffer(out);
+  detail::OutputBuffer buffer(out, options.poll);
   buffer.integer(selection.points.size()).text(" 3 0 0\n");
   for (std::size_t v = 0; v < selection.points.size(); ++v) {
     buffer.integer(v);
@@ -220,14 +226,15 @@ inline void write_poly(std::ostream& out, const Plc& plc, const PlcWriteOptions&
     buffer.integer(number);
     for (const double x : p) buffer.character(' ').real(x);
   };
-  const std::vector<std::array<double, 3>> holes = detail::void_points(plc);
+  detail::Poll listen(options.poll, 1 << 16);
+  const std::vector<std::array<double, 3>> holes = detail::void_points(plc, listen);
   buffer.integer(holes.size()).character('\n');
   for (std::size_t i = 0; i < holes.size(); ++i) {
     put_point(i, holes[i]);
     buffer.character('\n');
   }
   if (options.inner_faces) {
-    const auto cells = detail::cell_points(plc);
+    const auto cells = detail::cell_points(plc, listen);
     buffer.integer(cells.size()).character('\n');
     for (std::size_t i = 0; i < cells.size(); ++i) {
       put_point(i, cells[i].first);

@@ -78,12 +78,14 @@ template <class T, class Function>
 #ifdef SLICE2MESH_HAS_ZLIB
 /// The array as the format's zlib block: number of blocks, their size, size of a last partial one (or 0), compressed
 /// sizes (64 bits each), data.
-[[nodiscard]] inline std::vector<unsigned char> compressed_array(const VtuArray& array) {
+[[nodiscard]] inline std::vector<unsigned char> compressed_array(const VtuArray& array,
+                                                                 const std::function<void()>& poll) {
   constexpr std::size_t kBlock = std::size_t{1} << 18;
   std::vector<std::uint64_t> sizes;
   std::vector<unsigned char> data;
   std::vector<unsigned char> pending;
   const auto compress_block = [&](const unsigned char* block, std::size_t count) {
+    if (poll) poll();
     uLongf room = compressBound(static_cast<uLong>(count));
     const std::size_t old_size = data.size();
     data.resize(old_size + room);
@@ -128,7 +130,7 @@ template <class T, class Function>
 /// OptionError for `compress` without zlib. The state of the stream tells whether everything was taken. Cost: linear;
 /// without compression no copy of the mesh.
 inline void write_vtu(std::ostream& out, const Mesh& mesh, const WriteOptions& options = {}) {
-  detail::check_writable(mesh);
+  detail::check_writable(mesh, options.poll);
 #ifndef SLICE2MESH_HAS_ZLIB
   if (options.compress) throw OptionError("compress", "this build has no zlib");
 #endif
@@ -175,7 +177,7 @@ inline void write_vtu(std::ostream& out, const Mesh& mesh, const WriteOptions& o
         computed_array<double>("Float64", "activation_time", tet_count, [&mesh, &options, plate](std::size_t t) {
           return options.time_per_layer * std::max(0, mesh.tet_slab[t] - plate);
         }));
-  const detail::FileNodes nodes(mesh, options.quadratic);
+  const detail::FileNodes nodes(mesh, options);
   if (options.quadratic) {
     points.push_back(computed_array<std::array<double, 3>>("Float64", "Points", nodes.count(),
                                                            [&nodes](std::size_t v) { return nodes.position(v); }));
@@ -218,7 +220,7 @@ inline void write_vtu(std::ostream& out, const Mesh& mesh, const WriteOptions& o
       buffer.text(" format=\"appended\" offset=\"").integer(offset).text("\"/>\n");
 #ifdef SLICE2MESH_HAS_ZLIB
       if (options.compress) {
-        compressed.push_back(detail::compressed_array(array));
+        compressed.push_back(detail::compressed_array(array, options.poll));
         offset += compressed.back().size();
         continue;
       }
@@ -226,7 +228,7 @@ inline void write_vtu(std::ostream& out, const Mesh& mesh, const WriteOptions& o
       offset += sizeof(std::uint64_t) + array.bytes();
     }
   };
-  detail::OutputBuffer buffer(out);
+  detail::OutputBuffer buffer(out, options.poll);
   std::uint64_t offset = 0;
   buffer.text("<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"")
       .text(detail::is_little_endian() ? "LittleEndian" : "BigEndian")

@@ -95,8 +95,8 @@ inline void write_mesh(std::ostream& out, MeshFormat format, const Mesh& mesh, c
     case MeshFormat::Medit: return write_medit(out, mesh, options);
     case MeshFormat::Inp: return write_inp(out, mesh, options);
     case MeshFormat::Mfem: return write_mfem(out, mesh, options);
-    case MeshFormat::TetgenNodes: return write_tetgen_nodes(out, mesh);
-    case MeshFormat::TetgenElements: return write_tetgen_elements(out, mesh);
+    case MeshFormat::TetgenNodes: return write_tetgen_nodes(out, mesh, options);
+    case MeshFormat::TetgenElements: return write_tetgen_elements(out, mesh, options);
     case MeshFormat::Exodus: return write_exodus(out, mesh, options);
   }
   throw OptionError("format", "is not one of the formats");
@@ -111,7 +111,8 @@ inline void write_mesh(std::ostream& out, MeshFormat format, const Mesh& mesh, c
 inline void write_mesh(const std::string& path, const Mesh& mesh, const WriteOptions& options = {}) {
   const MeshFormat format = check_mesh_path(path);
   if (format == MeshFormat::Pvd) return write_pvd(path, mesh, options);
-  if (format == MeshFormat::TetgenNodes || format == MeshFormat::TetgenElements) return write_tetgen(path, mesh);
+  if (format == MeshFormat::TetgenNodes || format == MeshFormat::TetgenElements)
+    return write_tetgen(path, mesh, options);
   if (format == MeshFormat::Inp && options.inp_steps) return write_inp_job(path, mesh, *options.inp_steps, options);
   write_file_atomically(path, Stage::Write, [&](std::ostream& out) { write_mesh(out, format, mesh, options); });
 }

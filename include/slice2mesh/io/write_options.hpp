@@ -41,11 +41,15 @@ struct WriteOptions {
   std::function<double(std::int32_t slab, std::size_t tet)> activation;
   /// INP, `write_mesh` with a path: if set, `<stem>_steps.inp` is written as well, the job of `write_inp_steps`
   std::optional<InpStepOptions> inp_steps;
+  /// every format: called now and then; what it throws ends the writing and goes on to the caller, and where a path was
+  /// given no file is left
+  std::function<void()> poll;
 };
 
 /// What the PLC writers can be told.
 struct PlcWriteOptions {
-  bool inner_faces = true;  ///< false: the outer skin alone, with the vertices it uses
+  bool inner_faces = true;     ///< false: the outer skin alone, with the vertices it uses
+  std::function<void()> poll;  ///< called now and then, see `WriteOptions::poll`
 };
 
 }  // namespace slice2mesh

@@ -15,7 +15,9 @@
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/arrange/snap_rounding.hpp"
 #include "slice2mesh/core/error.hpp"
+#include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/plc.hpp"
+#include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/core/short_number.hpp"
 #include "slice2mesh/harmonize/harmonize.hpp"
 
@@ -75,12 +77,16 @@ namespace detail {
 /// contour of the plane beside it, and both of its sides were led through them. The walls on it would stand in one
 /// place.
 inline void require_distinct_paths(const Contours& contours, const InterfacePlane& plane, std::int32_t slab,
-                                   const std::vector<std::vector<std::int32_t>>& paths) {
+                                   const std::vector<std::vector<std::int32_t>>& paths,
+                                   const std::function<void()>& poll) {
+  Poll listen(poll, 1 << 16);
   std::vector<std::pair<std::int32_t, std::int32_t>> pieces;
-  for (const std::vector<std::int32_t>& path : paths)
+  for (const std::vector<std::int32_t>& path : paths) {
+    listen(path.size());
     for (std::size_t i = 0; i + 1 < path.size(); ++i)
       pieces.emplace_back(std::min(path[i], path[i + 1]), std::max(path[i], path[i + 1]));
-  std::sort(pieces.begin(), pieces.end());
+  }
+  sort_listening(pieces.begin(), pieces.end(), listen);
   const auto twice = std::adjacent_find(pieces.begin(), pieces.end());
   if (twice == pieces.end()) return;
   const GridPoint& at = plane.overlay.vertices[static_cast<std::size_t>(twice->first)];
@@ -139,13 +145,15 @@ inline void require_distinct_paths(const Contours& contours, const InterfacePlan
 [[nodiscard]] inline InterfacePlane lift(const Contours& contours, std::int32_t slab_below, std::int32_t slab_above,
                                          const std::function<void()>& poll = {}) {
   InterfacePlane plane = detail::lift_edges(contours, slab_below, slab_above, poll);
-  detail::require_distinct_paths(contours, plane, slab_below, plane.below_path);
-  detail::require_distinct_paths(contours, plane, slab_above, plane.above_path);
+  detail::require_distinct_paths(contours, plane, slab_below, plane.below_path, poll);
+  detail::require_distinct_paths(contours, plane, slab_above, plane.above_path, poll);
   const auto regions = static_cast<std::int32_t>(contours.regions.size());
   const ArrangementFaces faces = find_faces(plane.overlay, poll);
 
   std::vector<std::array<Side, 2>> cells(faces.windings.size());
-  for (std::size_t f = 0; f < cells.size(); ++f)
+  detail::Poll listen(poll, 1 << 16);
+  for (std::size_t f = 0; f < cells.size(); ++f) {
+    listen(faces.windings[f].size() + 1);
     for (const EdgeTag& tag : faces.windings[f]) {
       if (tag.winding <= 0) continue;
       Side& side = cells[f][tag.tag < regions ? 0 : 1];
@@ -153,7 +161,9 @@ inline void require_distinct_paths(const Contours& contours, const InterfacePlan
       if (side.slab != kNone && side.region <= region) continue;
       side = {tag.tag < regions ? slab_below : slab_above, region};
     }
+  }
   for (const auto& sides : faces.of_edge) {
+    listen();
     plane.left.push_back(cells[static_cast<std::size_t>(sides[0])]);
     plane.right.push_back(cells[static_cast<std::size_t>(sides[1])]);
   }

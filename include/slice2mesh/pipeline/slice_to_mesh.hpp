@@ -277,8 +277,10 @@ SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& o
 
   slice2mesh::report(progress, Stage::Fem, 0);
   report.estimates = estimate_slicing(
-      result.plc, options.finer_slices ? finer_slices(stack, plan, options.slabs, detail::within(progress, Stage::Fem))
-                                       : std::vector<FinerSlice>());
+      result.plc,
+      options.finer_slices ? finer_slices(stack, plan, options.slabs, detail::within(progress, Stage::Fem))
+                           : std::vector<FinerSlice>(),
+      [&] { slice2mesh::report(progress, Stage::Fem, 0); });
   clock.done(Stage::Fem);
 
   report.z_convention = plan.convention;

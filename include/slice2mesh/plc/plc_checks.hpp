@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,7 +17,9 @@
 #include "slice2mesh/arrange/exact.hpp"
 #include "slice2mesh/core/compensated_sum.hpp"
 #include "slice2mesh/core/grid.hpp"
+#include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/plc.hpp"
+#include "slice2mesh/core/progress.hpp"
 
 namespace slice2mesh {
 
@@ -66,7 +69,8 @@ private:
 }
 
 /// Is the complex sound enough to be looked at: sizes, indices, labels and sides?
-inline void check_complex(const Plc& plc, CheckNotes& notes) {
+inline void check_complex(const Plc& plc, CheckNotes& notes, const std::function<void()>& poll = {}) {
+  Poll listen(poll, 1 << 16);
   const auto text = [](const char* what) { return [what] { return std::string(what); }; };
   if (!(plc.grid.pitch > 0) || !std::isfinite(plc.grid.pitch)) notes.offend(text("pitch of the grid"));
   if (plc.vertex_plane.size() != plc.vertices.size()) notes.offend(text("#vertex_plane is not #vertices"));
@@ -82,12 +86,14 @@ inline void check_complex(const Plc& plc, CheckNotes& notes) {
       notes.offend([s] { return "planes of slab " + std::to_string(s); });
   }
   for (std::size_t v = 0; v < plc.vertices.size(); ++v) {
+    listen();
     const GridPoint& p = plc.vertices[v];
     if (p.x < -kGridLimit || p.x > kGridLimit || p.y < -kGridLimit || p.y > kGridLimit ||
         (v < plc.vertex_plane.size() && !in_range(plc.vertex_plane[v], plc.planes.size())))
       notes.offend([v] { return "vertex " + std::to_string(v); });
   }
   for (std::size_t f = 0; f < plc.facets.size(); ++f) {
+    listen();
     const Facet& facet = plc.facets[f];
     bool good = facet.vertices[0] != facet.vertices[1] && facet.vertices[1] != facet.vertices[2] &&
                 facet.vertices[2] != facet.vertices[0];
@@ -108,11 +114,13 @@ struct SlabFacets {
   std::vector<std::int32_t> start;   // #S + 1 offsets into facets
   std::vector<std::int32_t> facets;  // in the order of the complex
 };
-[[nodiscard]] inline SlabFacets facets_by_slab(const Plc& plc) {
+[[nodiscard]] inline SlabFacets facets_by_slab(const Plc& plc, const std::function<void()>& poll = {}) {
   SlabFacets result;
+  Poll listen(poll, 1 << 16);
   result.start.assign(plc.slabs.size() + 1, 0);
   const auto for_each = [&](auto&& f) {
     for (std::size_t i = 0; i < plc.facets.size(); ++i) {
+      listen();
       const Facet& facet = plc.facets[i];
       if (!facet.back.empty()) f(static_cast<std::size_t>(facet.back.slab), i);
       if (!facet.front.empty() && facet.front.slab != facet.back.slab) f(static_cast<std::size_t>(facet.front.slab), i);
@@ -148,13 +156,16 @@ public:
     bool consistent = true;           // all facets have the same sides and the same sense
   };
 
-  SlabWalls(const Plc& plc, const std::int32_t* begin, const std::int32_t* end) : plc_(plc) {
+  /// `listen` is told what is looked at, here and in on_one_wall.
+  SlabWalls(const Plc& plc, const std::int32_t* begin, const std::int32_t* end, Poll& listen)
+      : plc_(plc), listen_(listen) {
     std::vector<std::pair<std::int32_t, std::int32_t>> order;  // wall, facet
     for (const std::int32_t* f = begin; f != end; ++f) {
+      listen_();
       const Facet& facet = plc.facets[static_cast<std::size_t>(*f)];
       if (facet.label == FacetLabel::Wall || facet.label == FacetLabel::InnerWall) order.emplace_back(facet.wall, *f);
     }
-    if (!std::is_sorted(order.begin(), order.end())) std::sort(order.begin(), order.end());
+    if (!std::is_sorted(order.begin(), order.end())) sort_listening(order.begin(), order.end(), listen_);
     for (std::size_t i = 0; i < order.size();) {
       Wall wall;
       wall.id = order[i].first;
@@ -163,7 +174,8 @@ public:
       for (; i < order.size() && order[i].first == wall.id; ++i)
         for (const std::int32_t v : plc.facets[static_cast<std::size_t>(order[i].second)].vertices)
           members_.push_back(v);
-      std::sort(members_.begin() + std::ptrdiff_t(wall.first), members_.end());
+      listen_(16);
+      sort_listening(members_.begin() + std::ptrdiff_t(wall.first), members_.end(), listen_);
       members_.erase(std::unique(members_.begin() + std::ptrdiff_t(wall.first), members_.end()), members_.end());
       wall.last = members_.size();
       wall.a = wall.b = point(members_[wall.first]);
@@ -204,9 +216,11 @@ public:
   /// The wall that has all three vertices (of the complex), or nullptr; sides must be these, in either order.
   [[nodiscard]] Wall* on_one_wall(const std::array<std::int32_t, 3>& vertices, const Side& back, const Side& front) {
     if (of_vertex_.empty()) {
-      for (std::size_t w = 0; w < walls_.size(); ++w)
+      for (std::size_t w = 0; w < walls_.size(); ++w) {
+        listen_();
         for (std::size_t m = walls_[w].first; m < walls_[w].last; ++m) of_vertex_.emplace_back(members_[m], w);
-      std::sort(of_vertex_.begin(), of_vertex_.end());
+      }
+      sort_listening(of_vertex_.begin(), of_vertex_.end(), listen_);
     }
     for (auto it = std::lower_bound(of_vertex_.begin(), of_vertex_.end(), std::make_pair(vertices[0], std::size_t{0}));
          it != of_vertex_.end() && it->first == vertices[0]; ++it) {
@@ -239,6 +253,7 @@ private:
   std::vector<Wall> walls_;
   std::vector<std::int32_t> members_;
   std::vector<std::pair<std::int32_t, std::size_t>> of_vertex_;
+  Poll& listen_;
 };
 
 /// Twice the area of a horizontal facet in squared pitches, signed as seen from above.

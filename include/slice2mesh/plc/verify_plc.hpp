@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <set>
 #include <string>
 #include <utility>
@@ -245,7 +246,9 @@ private:
         walls_.offend([&] { return "facet " + std::to_string(*f) + " does not stand between the planes of " + where; });
       }
     }
-    const SlabWalls walls(plc_, begin, end);
+    const std::function<void()> nobody;
+    Poll listen(nobody, 1);
+    const SlabWalls walls(plc_, begin, end, listen);
     for (const SlabWalls::Wall& wall : walls.walls()) {
       ++wall_count_;
       const double length = distance(wall.a, wall.b);

@@ -15,6 +15,7 @@
 
 #include "slice2mesh/arrange/exact.hpp"
 #include "slice2mesh/arrange/outline.hpp"
+#include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/core/plc.hpp"
 #include "slice2mesh/core/progress.hpp"
@@ -71,17 +72,20 @@ public:
     around_.resize(links_.size());
     for (std::size_t v = 0; v < points_.size(); ++v) {
       listen();
-      std::sort(links_.begin() + std::ptrdiff_t(start_[v]), links_.begin() + std::ptrdiff_t(start_[v + 1]),
-                [](const Link& a, const Link& b) { return a.slab != b.slab ? a.slab < b.slab : a.to < b.to; });
+      sort_listening(links_.begin() + std::ptrdiff_t(start_[v]), links_.begin() + std::ptrdiff_t(start_[v + 1]), listen,
+                     [](const Link& a, const Link& b) { return a.slab != b.slab ? a.slab < b.slab : a.to < b.to; });
       for_each_contour(std::int32_t(v), [&](std::size_t first, std::size_t last) {
+        listen(last - first);
         for (std::size_t i = first; i < last; ++i)
           around_[i] = direction(points_[v], points_[std::size_t(links_[i].to)]);
-        std::sort(around_.begin() + std::ptrdiff_t(first), around_.begin() + std::ptrdiff_t(last));
+        sort_listening(around_.begin() + std::ptrdiff_t(first), around_.begin() + std::ptrdiff_t(last), listen);
       });
     }
-    for (std::size_t v = 0; v < points_.size(); ++v)
+    for (std::size_t v = 0; v < points_.size(); ++v) {
+      listen();
       if (start_[v] != start_[v + 1]) by_position_.push_back({plc.position(v), std::int32_t(v)});
-    std::sort(by_position_.begin(), by_position_.end());
+    }
+    sort_listening(by_position_.begin(), by_position_.end(), listen);
     if (input != nullptr) find_input_corners(*input, listen);
   }
 
@@ -170,13 +174,14 @@ private:
       const Outline& outline = input[s];
       std::vector<std::vector<double>> around(outline.vertices.size());
       for (const Outline::Edge& e : outline.edges) {
+        listen(8);
         const GridPoint &a = outline.vertices[std::size_t(e.a)], &b = outline.vertices[std::size_t(e.b)];
         around[std::size_t(e.a)].push_back(direction(a, b));
         around[std::size_t(e.b)].push_back(direction(b, a));
       }
       for (std::size_t v = 0; v < around.size(); ++v) {
         listen();
-        std::sort(around[v].begin(), around[v].end());
+        sort_listening(around[v].begin(), around[v].end(), listen);
         double smallest = kFullTurn;
         for (std::size_t i = 0; i < around[v].size(); ++i) {
           const bool end = i + 1 == around[v].size();
@@ -186,7 +191,7 @@ private:
         if (smallest * kDegrees < kSmallInputAngle) corners_.push_back({std::int32_t(s), outline.vertices[v]});
       }
     }
-    std::sort(corners_.begin(), corners_.end(), [](const InputCorner& a, const InputCorner& b) {
+    sort_listening(corners_.begin(), corners_.end(), listen, [](const InputCorner& a, const InputCorner& b) {
       return a.slab != b.slab ? a.slab < b.slab : a.at < b.at;
     });
   }

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "slice2mesh/arrange/exact.hpp"
+#include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/core/plc.hpp"
 #include "slice2mesh/core/progress.hpp"
@@ -152,7 +153,7 @@ public:
     result.vertices = static_cast<std::int64_t>(mesh_.vertices.size());
     result.facets = static_cast<std::int64_t>(plc_.facets.size());
     CheckNotes complex = notes();
-    check_complex(plc_, complex);
+    check_complex(plc_, complex, poll_);
     if (!plc_.has_inner_faces) complex.offend([] { return std::string("the complex is its outer skin alone"); });
     result.checks.push_back(complex.check("complex", "indices, labels and sides of the complex are sound", "defects"));
     if (complex.count() > 0) return result;
@@ -163,7 +164,7 @@ public:
     poll_();
     match_vertices();
     poll_();
-    const SlabFacets facets = facets_by_slab(plc_);
+    const SlabFacets facets = facets_by_slab(plc_, poll_);
     local_.assign(mesh_.vertices.size(), kNone);
     used_.assign(mesh_.vertices.size(), 0);
     for (std::size_t s = 0; s < plc_.slabs.size(); ++s) {
@@ -197,18 +198,23 @@ private:
     for (std::size_t s = 0; slabs && s < plc_.slabs.size(); ++s)
       slabs = mesh_.slabs[s].z_low == plc_.slabs[s].z_low && mesh_.slabs[s].z_high == plc_.slabs[s].z_high;
     if (!slabs) structure_.offend(text("slabs are not those of the complex"));
-    for (std::size_t v = 0; v < mesh_.vertices.size(); ++v)
+    Poll listen(poll_, 1 << 16);
+    for (std::size_t v = 0; v < mesh_.vertices.size(); ++v) {
+      listen();
       for (const double c : mesh_.vertices[v])
         if (!std::isfinite(c)) {
           structure_.offend([v] { return "vertex " + std::to_string(v) + " is not finite"; });
           break;
         }
-    for (std::size_t f = 0; f < mesh_.facets.size(); ++f)
+    }
+    for (std::size_t f = 0; f < mesh_.facets.size(); ++f) {
+      listen();
       for (const std::int32_t v : mesh_.facets[f].vertices)
         if (!in_range(v, mesh_.vertices.size())) {
           structure_.offend([f] { return "facet " + std::to_string(f); });
           break;
         }
+    }
     // Sound tets by slab, in their order.
     start_.assign(plc_.slabs.size() + 1, 0);
     const auto sound = [&](std::size_t t) {
@@ -222,6 +228,7 @@ private:
       return in_range(mesh_.tet_slab[t], plc_.slabs.size()) && in_range(mesh_.tet_region[t], plc_.regions.size());
     };
     for (std::size_t t = 0; t < count; ++t) {
+      listen();
       if (sound(t))
         ++start_[static_cast<std::size_t>(mesh_.tet_slab[t]) + 1];
       else
@@ -230,9 +237,11 @@ private:
     for (std::size_t s = 0; s < plc_.slabs.size(); ++s) start_[s + 1] += start_[s];
     std::vector<std::size_t> next(start_.begin(), start_.end() - 1);
     order_.resize(start_.back());
-    for (std::size_t t = 0; t < count; ++t)
+    for (std::size_t t = 0; t < count; ++t) {
+      listen();
       if (structure_.count() == 0 || sound(t))
         order_[next[static_cast<std::size_t>(mesh_.tet_slab[t])]++] = static_cast<std::int32_t>(t);
+    }
   }
 
   /// Positions on the grid and planes, where vertices lie on them exactly.
@@ -240,7 +249,9 @@ private:
     points_.resize(mesh_.vertices.size());
     plane_.assign(mesh_.vertices.size(), kNone);
     std::size_t hint = 0;
+    Poll listen(poll_, 1 << 16);
     for (std::size_t v = 0; v < mesh_.vertices.size(); ++v) {
+      listen();
       const auto& p = mesh_.vertices[v];
       const double x = p[0] / plc_.grid.pitch, y = p[1] / plc_.grid.pitch;  // exact: the pitch is a power of two
       constexpr double kExact = 0x1p53;
@@ -270,8 +281,10 @@ private:
     };
     mesh_of_.assign(plc_.vertices.size(), kNone);
     plc_of_.assign(mesh_.vertices.size(), kNone);
+    Poll listen(poll_, 1 << 16);
     std::vector<std::size_t> left;
     for (std::size_t v = 0; v < plc_.vertices.size(); ++v) {
+      listen();
       if (v < mesh_.vertices.size() && same(v, v))
         mesh_of_[v] = plc_of_[v] = static_cast<std::int32_t>(v);
       else
@@ -290,8 +303,9 @@ private:
     for (std::size_t v = 0; v < plc_of_.size(); ++v)
       if (plc_of_[v] == kNone && plane_[v] != kNone)
         places.push_back({plane_[v], points_[v], static_cast<std::int32_t>(v)});
-    std::sort(places.begin(), places.end());
+    sort_listening(places.begin(), places.end(), listen);
     for (const std::size_t v : left) {
+      listen(16);
       const Place wanted{plc_.vertex_plane[v], plc_.vertices[v], kNone};
       const auto it = std::lower_bound(places.begin(), places.end(), wanted);
       if (it == places.end() || it->plane != wanted.plane || it->p != wanted.p) continue;
@@ -320,7 +334,8 @@ private:
     const Slab& range = plc_.slabs[s];
     const double height = range.z_high - range.z_low;
     const std::int32_t low_plane = plc_.slab_planes[s][0], high_plane = plc_.slab_planes[s][1];
-    SlabWalls walls(plc_, facets_begin, facets_end);
+    Poll listen(poll_, 1 << 13);
+    SlabWalls walls(plc_, facets_begin, facets_end, listen);
 
     // Local numbers, volumes.
     std::vector<std::int32_t> global;
@@ -337,7 +352,6 @@ private:
     std::vector<CompensatedSum> rounded(plc_.regions.size());  // 6 V in mm^3, of tets off the grid
     std::vector<char> off_grid(plc_.regions.size(), 0);
     const std::size_t first = start_[s], last = start_[s + 1];
-    Poll listen(poll_, 1 << 13);
     for (std::size_t i = first; i < last; ++i) {
       listen();
       const auto t = static_cast<std::size_t>(order_[i]);
@@ -381,6 +395,7 @@ private:
     // Faces by their lowest vertex: those of the tets, and the facets of the complex.
     const auto for_each_face = [&](auto&& f) {
       for (std::size_t i = first; i < last; ++i) {
+        listen();
         const auto& tet = mesh_.tets[static_cast<std::size_t>(order_[i])];
         std::array<std::int32_t, 4> v{};
         for (std::size_t k = 0; k < 4; ++k) v[k] = local_[static_cast<std::size_t>(tet[k])];
@@ -391,6 +406,7 @@ private:
         }
       }
       for (const std::int32_t* it = facets_begin; it != facets_end; ++it) {
+        listen();
         const Facet& facet = plc_.facets[static_cast<std::size_t>(*it)];
         std::array<std::int32_t, 3> v{};
         bool known = true;
@@ -415,6 +431,7 @@ private:
       for_each_face([&](std::int32_t low, const Face& face) { faces_[next[static_cast<std::size_t>(low)]++] = face; });
     }
     for (const std::int32_t* it = facets_begin; it != facets_end; ++it) {
+      listen();
       // Facets with a vertex that no tet of the slab has cannot be faces.
       const Facet& facet = plc_.facets[static_cast<std::size_t>(*it)];
       bool known = true;
@@ -425,9 +442,8 @@ private:
       if (!known) missing_facet(slab, *it);
     }
     for (std::size_t v = 0; v < global.size(); ++v) {
-      listen();
       const auto begin = faces_.begin() + std::ptrdiff_t(start[v]), end = faces_.begin() + std::ptrdiff_t(start[v + 1]);
-      std::sort(begin, end, [](const Face& f, const Face& g) {
+      sort_listening(begin, end, listen, [](const Face& f, const Face& g) {
         if (f.mid != g.mid) return f.mid < g.mid;
         return f.high != g.high ? f.high < g.high : f.owner > g.owner;
       });

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "slice2mesh/core/error.hpp"
+#include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/fem/boundary_sets.hpp"
@@ -148,11 +149,12 @@ inline constexpr double kFlatAngle = 150;
 inline constexpr double kShortEdge = 0.2;
 
 /// Precondition: not empty. Reorders the values.
-[[nodiscard]] inline RatioFigures ratio_figures(std::vector<double>& values) {
+[[nodiscard]] inline RatioFigures ratio_figures(std::vector<double>& values, Poll& listen) {
   RatioFigures figures;
   CompensatedSum sum;
   bool finite = true;
   for (const double v : values) {
+    listen();
     if (std::isinf(v))
       finite = false;
     else
@@ -166,7 +168,7 @@ inline constexpr double kShortEdge = 0.2;
     const std::size_t needed =
         n / denominator * numerator + (n % denominator * numerator + denominator - 1) / denominator;
     const auto place = values.begin() + static_cast<std::ptrdiff_t>(std::max<std::size_t>(needed, 1) - 1);
-    std::nth_element(begin, place, values.end());
+    std::nth_element(begin, place, values.end(), listening(listen, std::less<>()));
     begin = place;
     return *place;
   };
@@ -206,7 +208,9 @@ private:
                                                    const Progress& progress = {}) {
   if (!(options.metric_l >= 0) || std::isinf(options.metric_l)) throw OptionError("metric_l", "must be a length >= 0");
   if (!(options.metric_h >= 0) || std::isinf(options.metric_h)) throw OptionError("metric_h", "must be a length >= 0");
-  detail::check_mesh_arrays(mesh, Stage::Quality);
+  double share = 0;
+  const std::function<void()> poll = [&] { slice2mesh::report(progress, Stage::Quality, share); };
+  detail::check_mesh_arrays(mesh, Stage::Quality, poll);
   if (!(options.forced_above >= 1)) throw OptionError("forced_above", "must be at least 1");
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const std::size_t tet_count = mesh.tets.size();
@@ -249,8 +253,6 @@ private:
   detail::CompensatedSum volume;
   double largest_cotangent = -kInfinity;
   double smallest_cotangent = kInfinity;
-  double share = 0;
-  const std::function<void()> poll = [&] { slice2mesh::report(progress, Stage::Quality, share); };
   detail::Poll listen(poll, 1 << 13);
   for (std::size_t t = 0; t < tet_count; ++t) {
     share = double(t) / double(tet_count);
@@ -345,6 +347,7 @@ private:
     };
     std::vector<std::size_t> heap;
     for (std::size_t t = 0; t < tet_count; ++t) {
+      listen();
       if (heap.size() == listed) {
         if (!worse(t, heap.front())) continue;
         std::pop_heap(heap.begin(), heap.end(), worse);
@@ -357,6 +360,7 @@ private:
     for (const std::size_t t : heap) report.worst.push_back(describe(t));
   }
   for (std::size_t t = 0; t < tet_count; ++t) {
+    listen();
     if (ratios[t] > options.forced_above) {
       // A classifier may look at the neighborhood of the element.
       if (report.forced.elements % 64 == 0) poll();
@@ -369,8 +373,8 @@ private:
     report.forced.worst_other = std::max(report.forced.worst_other, ratios[t]);
   }
   poll();
-  report.ratio = detail::ratio_figures(ratios);
-  if (with_metric) report.metric_ratio = detail::ratio_figures(metric_ratios);
+  report.ratio = detail::ratio_figures(ratios, listen);
+  if (with_metric) report.metric_ratio = detail::ratio_figures(metric_ratios, listen);
   return report;
 }
 

@@ -98,17 +98,19 @@ inline std::int32_t region_of(const WindingState& state, const std::vector<Loop>
   return best;
 }
 
-/// The outline between faces that have different labels.
+/// The outline between faces that have different labels. `poll` is called now and then.
 inline Outline outline_of(const Arrangement& arrangement, const ArrangementFaces& faces,
-                          const std::vector<std::int32_t>& label) {
+                          const std::vector<std::int32_t>& label, const std::function<void()>& poll = {}) {
   Outline outline;
   outline.vertices = arrangement.vertices;
+  Poll listen(poll, 1 << 16);
   for (std::size_t e = 0; e < arrangement.edges.size(); ++e) {
+    listen();
     const std::int32_t left = label[static_cast<std::size_t>(faces.of_edge[e][0])];
     const std::int32_t right = label[static_cast<std::size_t>(faces.of_edge[e][1])];
     if (left != right) outline.edges.push_back({arrangement.edges[e].a, arrangement.edges[e].b, left, right});
   }
-  normalize(outline);
+  normalize(outline, poll);
   return outline;
 }
 
@@ -116,14 +118,18 @@ inline Outline outline_of(const Arrangement& arrangement, const ArrangementFaces
 inline void report_defects(const std::vector<TaggedSegment>& segments, const std::vector<Loop>& loops,
                            std::int64_t layer, Diagnostics& diagnostics, const std::function<void()>& poll = {}) {
   std::vector<TaggedSegment> contours;
-  for (const TaggedSegment& segment : segments)
+  Poll listen(poll, 1 << 16);
+  for (const TaggedSegment& segment : segments) {
+    listen();
     if (!loops[static_cast<std::size_t>(segment.tag)].support) contours.push_back(segment);
+  }
   const Arrangement arrangement = snap_round(contours, {}, poll);
   if (arrangement.crossings > 0)
     diagnostics.add(Severity::Repair, Stage::Regions, "contours_cross",
                     "contours cross themselves or each other; united", layer, -1, arrangement.crossings);
   std::uint64_t coincident = 0;
   for (const Arrangement::Edge& edge : arrangement.edges) {
+    listen();
     bool twice = edge.last_tag - edge.first_tag > 1;
     for (std::int32_t t = edge.first_tag; t < edge.last_tag; ++t) {
       const std::int32_t winding = arrangement.tags[static_cast<std::size_t>(t)].winding;
@@ -155,7 +161,7 @@ inline Outline unite(const std::vector<TaggedSegment>& segments, const std::vect
   if (overlap)
     diagnostics.add(Severity::Repair, Stage::Regions, "regions_overlap",
                     "regions overlap; the object goes before supports, lower part ids before higher ones", layer);
-  return outline_of(arrangement, faces, label);
+  return outline_of(arrangement, faces, label, poll);
 }
 
 }  // namespace detail
@@ -250,7 +256,9 @@ inline Outline unite(const std::vector<TaggedSegment>& segments, const std::vect
     poll();
     std::vector<TaggedSegment> segments;
     std::vector<GridPoint> loop;
+    detail::Poll listen(poll, 1 << 16);
     for (std::size_t l = 0; l < all[s].points.size(); ++l) {
+      listen(all[s].points[l].size() + 1);
       loop.clear();
       for (const Point2& p : all[s].points[l]) loop.push_back(to_grid(result.grid, p));
       for (std::size_t i = 0; i < loop.size(); ++i)

@@ -24,6 +24,7 @@
 
 #include "slice2mesh/arrange/exact.hpp"
 #include "slice2mesh/core/error.hpp"
+#include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/core/plc.hpp"
 #include "slice2mesh/core/progress.hpp"
@@ -190,12 +191,14 @@ private:
       bool operator<(const WallCorner& o) const { return wall != o.wall ? wall < o.wall : region < o.region; }
     };
     std::vector<WallCorner> wall_corners;
-    for (std::size_t t = 0; t < other.triangles.size(); ++t)
+    for (std::size_t t = 0; t < other.triangles.size(); ++t) {
+      listen_();
       for (std::int32_t i = 0; i < 3; ++i)
         if (other.neighbors[t][std::size_t(i)] == kNone)
           for (std::int32_t j = 1; j <= 2; ++j)
             wall_corners.push_back({other.walls[t][std::size_t(i)], other.regions[t], {std::int32_t(t), (i + j) % 3}});
-    std::stable_sort(wall_corners.begin(), wall_corners.end());
+    }
+    std::stable_sort(wall_corners.begin(), wall_corners.end(), listening(listen_, std::less<>()));
     for (auto first = wall_corners.begin(); first != wall_corners.end();) {
       auto last = first;
       GridPoint low{kGridLimit, kGridLimit}, high{-kGridLimit, -kGridLimit};
@@ -209,7 +212,9 @@ private:
         it->along_x = high.x - low.x >= high.y - low.y;
         it->along = it->along_x ? p.x : p.y;
       }
-      std::stable_sort(first, last, [](const WallCorner& c, const WallCorner& d) { return c.along < d.along; });
+      listen_(std::size_t(last - first));
+      std::stable_sort(first, last,
+                       listening(listen_, [](const WallCorner& c, const WallCorner& d) { return c.along < d.along; }));
       first = last;
     }
 
@@ -325,14 +330,18 @@ private:
 /// around it and the flat one are filled anew without it. Where that does not work the flat tet stays, as an element.
 class WallTets {
 public:
-  /// `first`: the first tet of the slab in the mesh.
-  WallTets(const Plc& plc, Mesh& mesh, std::size_t first, std::int32_t slab)
-      : plc_(plc), mesh_(mesh), first_(first), slab_(slab), low_(plc.slab_planes[std::size_t(slab)][0]) {}
+  /// `first`: the first tet of the slab in the mesh. `poll` is called now and then.
+  WallTets(const Plc& plc, Mesh& mesh, std::size_t first, std::int32_t slab, const std::function<void()>& poll)
+      : plc_(plc), mesh_(mesh), first_(first), slab_(slab), low_(plc.slab_planes[std::size_t(slab)][0]),
+        listen_(poll, 1 << 14) {}
 
   void close(const std::vector<WallTet>& flat) {
     for (const WallTet& w : flat)
       for (const std::int32_t v : w.vertices) tets_at_.try_emplace(v);
-    for (std::size_t t = first_; t < mesh_.tets.size(); ++t) list(t);
+    for (std::size_t t = first_; t < mesh_.tets.size(); ++t) {
+      listen_();
+      list(t);
+    }
     alive_.assign(mesh_.tets.size() - first_, 1);
     for (const WallTet& w : flat)
       if (volume(w.vertices) > 0) add(w.vertices, w.region);
@@ -341,6 +350,7 @@ public:
     for (bool again = true; again;) {
       again = false;
       for (std::size_t k = flat.size(); k-- > 0;) {
+        listen_(64);
         if (done[k] || volume(flat[k].vertices) <= 0 || !take_out(flat[k])) continue;
         done[k] = 1;
         again = true;
@@ -455,15 +465,19 @@ private:
   std::int32_t low_;
   std::vector<char> alive_;
   std::unordered_map<std::int32_t, std::vector<std::size_t>> tets_at_;
+  Poll listen_;  // tets looked at
 };
 
 /// The sheets of every slab of a complex.
 class Sheets {
 public:
-  explicit Sheets(const Plc& plc)
+  /// `poll` is called now and then.
+  Sheets(const Plc& plc, const std::function<void()>& poll)
       : plc_(plc), bottom_(plc.slabs.size()), top_(plc.slabs.size()), wall_facets_(plc.slabs.size()),
         local_(plc.vertices.size(), kNone) {
+    Poll listen(poll, 1 << 16);
     for (std::size_t f = 0; f < plc.facets.size(); ++f) {
+      listen();
       const Facet& facet = plc.facets[f];
       switch (facet.label) {
         case FacetLabel::Down: bottom_[std::size_t(facet.back.slab)].push_back(std::int32_t(f)); break;
@@ -538,8 +552,8 @@ public:
     std::vector<std::size_t> next(start.begin(), start.end() - 1);
     visit([&](std::int32_t low, const Half& half) { halves[next[std::size_t(low)]++] = half; });
     for (std::size_t v = 0; v + 1 < start.size(); ++v) {
-      listen(start[v + 1] - start[v] + 1);
-      std::sort(halves.begin() + std::ptrdiff_t(start[v]), halves.begin() + std::ptrdiff_t(start[v + 1]));
+      listen();
+      sort_listening(halves.begin() + std::ptrdiff_t(start[v]), halves.begin() + std::ptrdiff_t(start[v + 1]), listen);
       for (std::size_t i = start[v]; i < start[v + 1];) {
         std::size_t j = i;
         std::int32_t wall = kNone;
@@ -558,10 +572,12 @@ public:
       }
     }
     sheet.on_wall.assign(sheet.points.size(), 0);
-    for (std::size_t t = 0; t < sheet.triangles.size(); ++t)
+    for (std::size_t t = 0; t < sheet.triangles.size(); ++t) {
+      listen();
       for (std::size_t i = 0; i < 3; ++i)
         if (sheet.neighbors[t][i] == kNone)
           for (std::size_t j = 1; j <= 2; ++j) sheet.on_wall[std::size_t(sheet.triangles[t][(i + j) % 3])] = 1;
+    }
     for (const std::int32_t v : sheet.global) local_[std::size_t(v)] = kNone;
     return sheet;
   }
@@ -591,14 +607,20 @@ struct SlabFiller {
     mesh.regions = plc.regions;
     mesh.facets = plc.facets;
     mesh.vertices.reserve(plc.vertices.size());
-    for (std::size_t v = 0; v < plc.vertices.size(); ++v) mesh.vertices.push_back(plc.position(v));
+    const std::function<void()> begun = [&] { report(progress, Stage::Tetrahedralize, 0); };
+    detail::Poll listen_at_first(begun, 1 << 16);
+    for (std::size_t v = 0; v < plc.vertices.size(); ++v) {
+      listen_at_first();
+      mesh.vertices.push_back(plc.position(v));
+    }
     std::vector<char> inner_wall;
     for (const Facet& facet : plc.facets) {
+      listen_at_first();
       if (facet.wall < 0) continue;
       if (std::size_t(facet.wall) >= inner_wall.size()) inner_wall.resize(std::size_t(facet.wall) + 1, 0);
       inner_wall[std::size_t(facet.wall)] = facet.label == FacetLabel::InnerWall;
     }
-    detail::Sheets sheets(plc);
+    detail::Sheets sheets(plc, begun);
     constexpr std::size_t kPollEvery = 4096;  // tets
     const auto poll = [&](std::size_t s) {
       report(progress, Stage::Tetrahedralize, double(s) / double(plc.slabs.size()));
@@ -621,7 +643,7 @@ struct SlabFiller {
       std::vector<detail::WallTet> flat;
       for (const detail::WallTet& w : fill.wall_tets())
         if (inner_wall[std::size_t(w.wall)]) flat.push_back(w);
-      if (!flat.empty()) detail::WallTets(plc, mesh, first, slab).close(flat);
+      if (!flat.empty()) detail::WallTets(plc, mesh, first, slab, listen).close(flat);
       poll(s);
     }
     report(progress, Stage::Tetrahedralize, 1);

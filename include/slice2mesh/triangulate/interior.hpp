@@ -59,14 +59,14 @@ public:
       : reach_(kFineBelow * size / kGrowth), limit_(kFineBelow * size) {
     std::vector<SegmentIndex> index;
     index.reserve(outlines.size());
-    for (const Outline* outline : outlines) index.emplace_back(*outline);
+    for (const Outline* outline : outlines) index.emplace_back(*outline, &listen);
     const double narrow = kNarrow * size, spacing = kSpacing * size;
     SpacedPoints taken(std::max(1.0, spacing));
     for (std::size_t i = 0; i + 1 < outlines.size(); ++i)
       for (const std::size_t side : {i, i + 1})
         for (const GridPoint& p : outlines[side]->vertices) {
           listen();
-          const double width = index[side == i ? i + 1 : i].distance(p, narrow);
+          const double width = index[side == i ? i + 1 : i].distance(p, narrow, &listen);
           // What stands on the other contour is not beside it.
           if (!(width < narrow) || width <= kAttachSteps * double(kContourStep) || !taken.clear(p, spacing)) continue;
           taken.add(p);
@@ -127,12 +127,12 @@ private:
       high = {std::max(high.x, p.x), std::max(high.y, p.y)};
     }
   }
-  const detail::SegmentIndex own_index(own);
+  detail::Poll listen(poll, 1024);
+  const detail::SegmentIndex own_index(std::move(own), &listen);
   // Contours of the next planes: their vertices stand here too, so that the slab between has columns under them.
   std::vector<std::pair<GridPoint, GridPoint>> next;
   constexpr double kImprintFromContour = 0.7, kImprintSpacing = 0.6;  // of the contour size
   constexpr double kLatticeFromContour = 0.6;                         // of the lattice spacing
-  detail::Poll listen(poll, 1024);
   detail::SpacedPoints taken(std::max(1.0, sizes.contour_size * kImprintSpacing));
   const auto imprint = [&](std::int32_t s) {
     const Outline& outline = contours.outlines[std::size_t(s)];
@@ -153,7 +153,7 @@ private:
   if (slab_above != kNone && slab_above + 1 < count && touch(slab_above)) slabs.push_back(slab_above + 1);
   for (const std::int32_t s : slabs)
     if (s != slab_below && s != slab_above) imprint(s);
-  const detail::SegmentIndex next_index(std::move(next));
+  const detail::SegmentIndex next_index(std::move(next), &listen);
   const double dx = sizes.size, dy = sizes.size * std::sqrt(3.0) / 2, clear = kLatticeFromContour * sizes.size;
   const auto row0 = std::int64_t(std::floor(double(low.y) / dy)), row1 = std::int64_t(std::ceil(double(high.y) / dy));
   const auto column0 = std::int64_t(std::floor(double(low.x) / dx)) - 1,

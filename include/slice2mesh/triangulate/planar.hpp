@@ -6,11 +6,9 @@
 #include <CGAL/Constrained_Delaunay_triangulation_2.h>
 #include <CGAL/Constrained_triangulation_face_base_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Spatial_sort_traits_adapter_2.h>
 #include <CGAL/Triangulation_face_base_with_info_2.h>
 #include <CGAL/Triangulation_vertex_base_with_info_2.h>
-#include <CGAL/property_map.h>
-#include <CGAL/spatial_sort.h>
+#include <CGAL/hilbert_sort.h>
 
 #include <cstdint>
 #include <functional>
@@ -40,18 +38,43 @@ using Cdt = CGAL::Constrained_Delaunay_triangulation_2<CdtKernel,
   return {static_cast<double>(p.x), static_cast<double>(p.y)};
 }
 
+/// Traits for CGAL's spatial sorting of indices of points; a listener is told the comparisons.
+struct ListeningSpatialTraits {
+  using Point_2 = std::size_t;  // NOLINT(readability-identifier-naming): names of CGAL, here and below
+  struct Less_x_2 {             // NOLINT(readability-identifier-naming)
+    const std::vector<CdtPoint>* points;
+    Poll* listen;
+    bool operator()(std::size_t i, std::size_t j) const {
+      (*listen)();
+      return (*points)[i].x() < (*points)[j].x();
+    }
+  };
+  struct Less_y_2 {  // NOLINT(readability-identifier-naming)
+    const std::vector<CdtPoint>* points;
+    Poll* listen;
+    bool operator()(std::size_t i, std::size_t j) const {
+      (*listen)();
+      return (*points)[i].y() < (*points)[j].y();
+    }
+  };
+  const std::vector<CdtPoint>* points;
+  Poll* listen;
+  [[nodiscard]] Less_x_2 less_x_2_object() const { return {points, listen}; }
+  [[nodiscard]] Less_y_2 less_y_2_object() const { return {points, listen}; }
+};
+
 /// Inserts the points in a spatially coherent order. The vertex with info i stands at points[i]. `poll` is called now
 /// and then.
 inline std::vector<Cdt::Vertex_handle> insert_points(Cdt& cdt, const std::vector<GridPoint>& points,
                                                      const std::function<void()>& poll = {}) {
-  if (points.empty()) return {};  // the property map below takes the address of the first one
+  if (points.empty()) return {};
   std::vector<CdtPoint> coordinates;
   coordinates.reserve(points.size());
   for (const GridPoint& p : points) coordinates.push_back(to_cdt_point(p));
   std::vector<std::size_t> order(points.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  using Traits = CGAL::Spatial_sort_traits_adapter_2<CdtKernel, CGAL::Pointer_property_map<CdtPoint>::const_type>;
-  CGAL::hilbert_sort(order.begin(), order.end(), Traits(CGAL::make_property_map(std::as_const(coordinates))));
+  Poll compared(poll, 1 << 16);
+  CGAL::hilbert_sort(order.begin(), order.end(), ListeningSpatialTraits{&coordinates, &compared});
   std::vector<Cdt::Vertex_handle> handles(points.size());
   Cdt::Face_handle hint;
   Poll listen(poll, 1024);

@@ -62,7 +62,7 @@ public:
     subs_.reserve(edges.size() * 2);
     sub_of_.reserve(edges.size() * 4);
     for (std::size_t e = 0; e < edges.size(); ++e) {
-      poll();
+      poll(4);
       insert_edge(cdt_, handles_[std::size_t(edges[e].a)], handles_[std::size_t(edges[e].b)], Stage::Triangulate);
       subs_.push_back({edges[e].a, edges[e].b, std::int32_t(e), kNone});
       sub_of_[key(edges[e].a, edges[e].b)] = std::int32_t(e);
@@ -83,23 +83,29 @@ public:
     PlaneMesh mesh;
     mesh.z = plane_.z;
     for (const Cdt::Face_handle f : cdt_.finite_face_handles()) {
+      poll();
       if (!material(f->info())) continue;
       mesh.triangles.push_back({f->vertex(0)->info(), f->vertex(1)->info(), f->vertex(2)->info()});
       mesh.sides.push_back(cells(f->info()));
     }
     std::vector<std::vector<std::int32_t>> pieces(plane_.overlay.edges.size());
-    for (std::size_t e = 0; e < pieces.size(); ++e)
+    for (std::size_t e = 0; e < pieces.size(); ++e) {
+      poll();
       for (auto s = std::int32_t(e); s != kNone; s = subs_[std::size_t(s)].next)
         pieces[e].push_back(subs_[std::size_t(s)].a);
+    }
     std::unordered_map<std::uint64_t, std::int32_t> edge_of;
     edge_of.reserve(pieces.size() * 2);
-    for (std::size_t e = 0; e < pieces.size(); ++e)
+    for (std::size_t e = 0; e < pieces.size(); ++e) {
+      poll();
       edge_of[key(plane_.overlay.edges[e].a, plane_.overlay.edges[e].b)] = std::int32_t(e);
+    }
     const auto chains = [&](const std::vector<std::vector<std::int32_t>>& paths,
                             std::vector<std::vector<std::int32_t>>& result) {
       for (const std::vector<std::int32_t>& path : paths) {
         std::vector<std::int32_t> chain;
         for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+          poll();
           const auto e = std::size_t(edge_of.at(key(path[i], path[i + 1])));
           if (plane_.overlay.edges[e].a == path[i])
             chain.insert(chain.end(), pieces[e].begin(), pieces[e].end());
@@ -117,16 +123,21 @@ public:
     // Without the frame.
     std::vector<std::int32_t> index(points_.size(), kNone);
     for (std::size_t v = 0; v < points_.size(); ++v) {
+      poll();
       if (v >= frame_ && v < frame_ + 4) continue;
       index[v] = std::int32_t(mesh.vertices.size());
       mesh.vertices.push_back(points_[v]);
       mesh.fixed.push_back(contour_[v]);
     }
-    for (auto& t : mesh.triangles)
+    for (auto& t : mesh.triangles) {
+      poll();
       for (std::int32_t& v : t) v = index[std::size_t(v)];
+    }
     for (auto* all : {&mesh.below_chain, &mesh.above_chain})
-      for (auto& chain : *all)
+      for (auto& chain : *all) {
+        poll();
         for (std::int32_t& v : chain) v = index[std::size_t(v)];
+      }
     return mesh;
   }
 
@@ -175,6 +186,7 @@ private:
       put(left_face(s.a, s.b).first, 2 * s.edge);
       put(left_face(s.b, s.a).first, 2 * s.edge + 1);
       while (!stack.empty()) {
+        poll();
         const Cdt::Face_handle f = stack.back();
         stack.pop_back();
         for (int i = 0; i < 3; ++i)
@@ -497,7 +509,10 @@ private:
       double radius = 0, shortest = 0;
       if (is_bad(f, radius, shortest)) queue.push_back({{f->vertex(0), f->vertex(1), f->vertex(2)}});
     };
-    for (const Cdt::Face_handle f : cdt_.finite_face_handles()) push(f);
+    for (const Cdt::Face_handle f : cdt_.finite_face_handles()) {
+      poll();
+      push(f);
+    }
     std::vector<std::int32_t> subs;
     for (std::size_t next = 0; next < queue.size(); ++next) {
       poll();

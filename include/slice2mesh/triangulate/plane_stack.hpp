@@ -88,9 +88,13 @@ struct PlaneStack {
     refinement.shortest = kShortestShare * contours.thickness / pitch;
     if (budget.max_vertices > 0)
       refinement.max_vertices = static_cast<std::size_t>(std::max<std::int64_t>(1, budget.max_vertices - vertices));
-    detail::PlaneMesher mesher(std::move(plane), std::move(refinement));
-    mesher.run();
-    stack.meshes.push_back(mesher.extract());
+    {
+      detail::PlaneMesher mesher(std::move(plane), std::move(refinement));
+      mesher.run();
+      stack.meshes.push_back(mesher.extract());
+      poll();  // what the mesher has takes its time to go
+    }
+    poll();
     vertices += static_cast<std::int64_t>(stack.meshes.back().vertices.size());
   }
   report(progress, Stage::Triangulate, 1);
