@@ -492,11 +492,12 @@ private:
     std::vector<Segment> segments;
     segments.reserve(outline.edges.size());
     for (std::size_t e = 0; e < outline.edges.size(); ++e) {
+      listen_();
       const auto& c = local_chain({s, std::int32_t(e), 0});
       const std::int32_t first = first_[plane_of(s, 0)];
       segments.emplace_back(home_[std::size_t(of(first + c.front()))], home_[std::size_t(of(first + c.back()))]);
     }
-    d.slice = std::make_unique<SliceNearness>(slices_[std::size_t(s)]);
+    d.slice = std::make_unique<SliceNearness>(slices_[std::size_t(s)], &listen_);
     d.excess = doubled_area(outline, kNone) - doubled_area(slices_[std::size_t(s)], kNone);
     double length = 0;  // of what is curved
     for (std::size_t e = 0; e < segments.size(); ++e)
@@ -504,7 +505,7 @@ private:
           shape_[std::size_t(s)][std::size_t(outline.edges[e].b)] == ContourShape::Curved)
         length += distance(segments[e].first, segments[e].second);
     d.most_excess = Int128(2 * kAreaShare * eps_ * length);
-    d.start = std::make_unique<SegmentIndex>(std::move(segments));
+    d.start = std::make_unique<SegmentIndex>(std::move(segments), &listen_);
     d.found.assign(outline.edges.size(), 0);
     d.edges_at = std::make_unique<EdgesAt>(outline);
     return d;

@@ -222,15 +222,24 @@ public:
       }
       sort_listening(of_vertex_.begin(), of_vertex_.end(), listen_);
     }
-    for (auto it = std::lower_bound(of_vertex_.begin(), of_vertex_.end(), std::make_pair(vertices[0], std::size_t{0}));
-         it != of_vertex_.end() && it->first == vertices[0]; ++it) {
+    // The walls of the vertex that has the fewest: any number of walls may meet at one of the others.
+    const auto walls_at = [&](std::int32_t v) {
+      const auto by_vertex = [](const auto& a, const auto& b) { return a.first < b.first; };
+      return std::equal_range(of_vertex_.begin(), of_vertex_.end(), std::make_pair(v, std::size_t{0}), by_vertex);
+    };
+    auto range = walls_at(vertices[0]);
+    for (std::size_t i = 1; i < 3; ++i) {
+      const auto other = walls_at(vertices[i]);
+      if (other.second - other.first < range.second - range.first) range = other;
+    }
+    for (auto it = range.first; it != range.second; ++it) {
       Wall& wall = walls_[it->second];
       const auto has = [&](std::int32_t v) {
         return std::binary_search(members_.begin() + std::ptrdiff_t(wall.first),
                                   members_.begin() + std::ptrdiff_t(wall.last), v);
       };
       const bool sides = (wall.back == back && wall.front == front) || (wall.back == front && wall.front == back);
-      if (sides && has(vertices[1]) && has(vertices[2])) return &wall;
+      if (sides && has(vertices[0]) && has(vertices[1]) && has(vertices[2])) return &wall;
     }
     return nullptr;
   }
