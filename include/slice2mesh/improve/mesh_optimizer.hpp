@@ -233,7 +233,7 @@ private:
     return done;
   }
   std::size_t smooth_round() {
-    // Movable vertices of bad tets. After these all are smoothed: that gains most for its time.
+    // Movable vertices of bad tets; when these had their turn, of almost all: that gains most for its time.
     const double floor = floor_ < kBad ? kSmoothed : floor_;
     std::vector<std::uint8_t> worst(kind_.size(), 3);
     for (std::int32_t t = 0; t < std::int32_t(graph_.size()); ++t)

@@ -57,9 +57,10 @@ public:
       elements_[t].slab = mesh.tet_slab[std::size_t(order[t])];
       elements_[t].region = mesh.tet_region[std::size_t(order[t])];
     }
-    mesh.tets = {};
-    mesh.tet_slab = {};
-    mesh.tet_region = {};
+    // Lists that are given {} keep their memory.
+    mesh.tets = std::vector<Tet>();
+    mesh.tet_slab = std::vector<std::int32_t>();
+    mesh.tet_region = std::vector<std::int32_t>();
     stars_.resize(points_.size());
     std::vector<std::int32_t> degree(points_.size(), 0);
     for (const Element& e : elements_)
@@ -238,8 +239,8 @@ public:
       mesh.tet_slab.push_back(e.slab);
       mesh.tet_region.push_back(e.region);
     }
-    elements_ = {};
-    stars_ = {};
+    elements_ = std::vector<Element>();
+    stars_ = std::vector<std::vector<std::int32_t>>();
   }
 
 private:

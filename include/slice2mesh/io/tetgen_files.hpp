@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <numeric>
 #include <ostream>
 #include <string>
@@ -134,7 +135,9 @@ void for_each_edge(const Plc& plc, const std::vector<std::size_t>& facets, Poll&
 /// One point in every closed void. What stands over an up-facing facet is void up to the next plane, so the points are
 /// taken there, one per component of the skin that is oriented inward. Components that touch themselves or others along
 /// an edge get a point as well, whatever their orientation; in the open it does no harm.
-[[nodiscard]] inline std::vector<std::array<double, 3>> void_points(const Plc& plc, Poll& listen) {
+[[nodiscard]] inline std::vector<std::array<double, 3>> void_points(const Plc& plc,
+                                                                    const std::function<void()>& poll = {}) {
+  Poll listen(poll, 1 << 16);
   std::vector<std::size_t> skin;
   for (std::size_t f = 0; f < plc.facets.size(); ++f)
     if (plc.facets[f].front.empty() || plc.facets[f].back.empty()) skin.push_back(f);
@@ -176,8 +179,9 @@ void for_each_edge(const Plc& plc, const std::vector<std::size_t>& facets, Poll&
 }
 
 /// One point in every connected piece of every slab and region, with the slab: taken above its floor.
-[[nodiscard]] inline std::vector<std::pair<std::array<double, 3>, std::int32_t>> cell_points(const Plc& plc,
-                                                                                             Poll& listen) {
+[[nodiscard]] inline std::vector<std::pair<std::array<double, 3>, std::int32_t>> cell_points(
+    const Plc& plc, const std::function<void()>& poll = {}) {
+  Poll listen(poll, 1 << 16);
   const auto cell_above = [](const Facet& facet) {
     if (facet.label == FacetLabel::Interface) return facet.front;
     return facet.label == FacetLabel::Down ? facet.back : Side{};
@@ -226,15 +230,14 @@ inline void write_poly(std::ostream& out, const Plc& plc, const PlcWriteOptions&
     buffer.integer(number);
     for (const double x : p) buffer.character(' ').real(x);
   };
-  detail::Poll listen(options.poll, 1 << 16);
-  const std::vector<std::array<double, 3>> holes = detail::void_points(plc, listen);
+  const std::vector<std::array<double, 3>> holes = detail::void_points(plc, options.poll);
   buffer.integer(holes.size()).character('\n');
   for (std::size_t i = 0; i < holes.size(); ++i) {
     put_point(i, holes[i]);
     buffer.character('\n');
   }
   if (options.inner_faces) {
-    const auto cells = detail::cell_points(plc, listen);
+    const auto cells = detail::cell_points(plc, options.poll);
     buffer.integer(cells.size()).character('\n');
     for (std::size_t i = 0; i < cells.size(); ++i) {
       put_point(i, cells[i].first);

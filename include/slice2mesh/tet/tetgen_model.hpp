@@ -30,7 +30,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <exception>
-#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -82,9 +81,7 @@ inline void fill_tetgen(tetgenio& in, const Plc& plc) {
     facet.polygonlist[0].numberofvertices = 3;
     for (std::size_t k = 0; k < 3; ++k) facet.polygonlist[0].vertexlist[k] = plc.facets[f].vertices[k];
   }
-  const std::function<void()> nobody;
-  Poll listen(nobody, 1);
-  const std::vector<std::array<double, 3>> holes = void_points(plc, listen);
+  const std::vector<std::array<double, 3>> holes = void_points(plc);
   in.holelist = new double[holes.size() * 3 + 1];
   in.numberofholes = static_cast<int>(holes.size());
   for (std::size_t h = 0; h < holes.size(); ++h) std::copy(holes[h].begin(), holes[h].end(), in.holelist + 3 * h);

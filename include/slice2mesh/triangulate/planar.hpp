@@ -41,22 +41,17 @@ using Cdt = CGAL::Constrained_Delaunay_triangulation_2<CdtKernel,
 /// Traits for CGAL's spatial sorting of indices of points; a listener is told the comparisons.
 struct ListeningSpatialTraits {
   using Point_2 = std::size_t;  // NOLINT(readability-identifier-naming): names of CGAL, here and below
-  struct Less_x_2 {             // NOLINT(readability-identifier-naming)
+  template <int kAxis>
+  struct Less {
     const std::vector<CdtPoint>* points;
     Poll* listen;
     bool operator()(std::size_t i, std::size_t j) const {
       (*listen)();
-      return (*points)[i].x() < (*points)[j].x();
+      return (*points)[i][kAxis] < (*points)[j][kAxis];
     }
   };
-  struct Less_y_2 {  // NOLINT(readability-identifier-naming)
-    const std::vector<CdtPoint>* points;
-    Poll* listen;
-    bool operator()(std::size_t i, std::size_t j) const {
-      (*listen)();
-      return (*points)[i].y() < (*points)[j].y();
-    }
-  };
+  using Less_x_2 = Less<0>;  // NOLINT(readability-identifier-naming)
+  using Less_y_2 = Less<1>;  // NOLINT(readability-identifier-naming)
   const std::vector<CdtPoint>* points;
   Poll* listen;
   [[nodiscard]] Less_x_2 less_x_2_object() const { return {points, listen}; }
