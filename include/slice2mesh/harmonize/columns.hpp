@@ -59,8 +59,8 @@ public:
     make_panels(listen);
   }
 
-  /// Merges until nothing more can be merged, or a number of rounds is over, then moves apart. `changed` (#S) tells the
-  /// slabs concerned. `poll` is called now and then; what it throws ends the work.
+  /// Merges until nothing more can be merged, or a number of rounds is over, then moves apart; to be called once.
+  /// `changed` (#S) tells the slabs concerned. `poll` is called now and then; what it throws ends the work.
   void run(std::vector<char>& changed, const std::function<void()>& poll) {
     Poll listen(poll, kPollEvery);
     listen_ = &listen;
@@ -86,6 +86,7 @@ public:
     listen_ = nullptr;
     for (std::size_t s = 0; s < sheets_.size(); ++s)
       if (changed[s]) sheets_[s].finish(poll);
+    let_go(poll);
   }
 
 private:
@@ -174,6 +175,17 @@ private:
   struct Beneath {
     bool same_slab, next_slab;
   };
+
+  /// Gives the many small lists back while it listens; nothing is asked about them any more.
+  void let_go(const std::function<void()>& poll) {
+    Poll listen(poll, kPollEvery);
+    for (auto it = places_.begin(); it != places_.end(); it = places_.erase(it)) listen();
+    for (Sheet& sheet : sheets_)
+      for (std::vector<std::int32_t>& edges : sheet.edges_at) {
+        listen();
+        std::vector<std::int32_t>().swap(edges);
+      }
+  }
 
   void find_places(Poll& listen) {
     std::size_t most = 0;
