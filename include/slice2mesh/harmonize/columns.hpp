@@ -91,7 +91,9 @@ public:
 
 private:
   static constexpr int kRounds = 3;
+  static constexpr int kMostLeads = 4;  // edges that are led through a vertex for a pair to be merged
   static constexpr std::size_t kPollEvery = 1 << 14;  // edges and vertices looked at
+  static constexpr double kOn = kAttachSteps * double(kContourStep);  // an edge of another slab is led through what is on it
   static constexpr double kLargestDrift = 2;  // of the distance of close columns: what an edge's end moves in all
 
   /// The contour of one slab while it changes.
@@ -352,6 +354,16 @@ private:
   }
 
   bool merge(const Candidate& c, std::vector<char>& changed) {
+    // What keeps a pair apart may be a vertex that would no longer lie on an edge of the next slab. Where the edge is led
+    // through it, the two stay together.
+    for (int lead = 0; lead <= kMostLeads; ++lead) {
+      left_ = {};
+      if (try_merge(c, changed)) return true;
+      if (left_.panel == kNone || c.distance >= limits_.clearance || !lead_through(left_.panel, left_.y, changed)) break;
+    }
+    return false;
+  }
+  bool try_merge(const Candidate& c, std::vector<char>& changed) {
     const Place &at_v = place_of(c.v), &at_w = place_of(c.w);
     if (!find_steps(c.slab, at_v, at_w)) return false;
     std::int32_t both = 0;
@@ -667,7 +679,6 @@ private:
   /// vertices, if it were at q; `apart` if nothing is nearer. What is below `floor` is not told exactly. A vertex on an
   /// edge of another slab is not near to it: the overlay of the plane leads the edge through it.
   [[nodiscard]] double gap_at(const GridPoint& q, double floor) {
-    constexpr double kOn = kAttachSteps * double(kContourStep);
     double gap = limits_.apart;
     looked(beside_.size());
     for (const Moving& m : moving_) gap = std::min(gap, distance(q, m.x));
@@ -715,6 +726,52 @@ private:
     return worst;
   }
 
+  /// The index of a panel that a copy was made of.
+  [[nodiscard]] std::int32_t panel_of(const Panel& copy) const {
+    for (const std::int32_t k : place_of(copy.a).panels) {
+      const Panel& panel = panels_[std::size_t(k)];
+      if (panel.a == copy.a && panel.b == copy.b && panel.first == copy.first) return k;
+    }
+    return kNone;
+  }
+  /// Gives a panel a vertex at y, which lies on it, in all of its slabs. False if one of them has a vertex there, or may
+  /// not change.
+  bool lead_through(std::int32_t k, const GridPoint& y, std::vector<char>& changed) {
+    const Panel old = panels_[std::size_t(k)];
+    Place& there = places_[y];  // the references stay valid: no place is ever taken out
+    for (std::int32_t s = old.first; s <= old.last; ++s)
+      if (frozen_[std::size_t(s)] || at(std::size_t(s), there.standing) != kNone) return false;
+    Place& at_b = places_[old.b];
+    const auto added = std::int32_t(panels_.size());
+    for (std::int32_t s = old.first; s <= old.last; ++s) {
+      looked();
+      const auto slab = std::size_t(s);
+      Sheet& sheet = sheets_[slab];
+      const std::int32_t a = at(slab, old.a), b = at(slab, at_b.standing), e = sheet.edge_between(a, b);
+      const auto v = std::int32_t(sheet.edges_at.size()), f = std::int32_t(sheet.alive.size());
+      sheet.outline.vertices.push_back(y);
+      sheet.outline.edges.push_back(sheet.outline.edges[std::size_t(e)]);
+      sheet.alive.push_back(1);
+      for (const auto& [edge, end] : {std::pair{e, b}, std::pair{f, a}}) {
+        Outline::Edge& part = sheet.outline.edges[std::size_t(edge)];
+        (part.a == end ? part.a : part.b) = v;
+      }
+      sheet.edges_at.push_back({e, f});
+      std::vector<std::int32_t>& at_end = sheet.edges_at[std::size_t(b)];
+      *std::find(at_end.begin(), at_end.end(), e) = f;
+      there.standing.insert(first_from(slab, there.standing), {slab, v, 0});
+      changed[slab] = 1;
+    }
+    panels_[std::size_t(k)].b = y;
+    panels_.push_back({y, old.b, old.first, old.last});
+    found_.push_back(0);
+    *std::find(at_b.panels.begin(), at_b.panels.end(), k) = added;
+    there.panels.push_back(k);
+    there.panels.push_back(added);
+    put_panel(added);
+    return true;
+  }
+
   [[nodiscard]] bool possible(const Candidate& c, const GridPoint& target) {
     const double from_v = distance(c.v, target), from_w = distance(c.w, target);
     for (const Step& step : steps_) {
@@ -737,7 +794,6 @@ private:
   /// Does a vertex get too near to an edge, or leave one of another slab that it lies on? On: the overlay of the plane
   /// leads the edge through the vertex.
   [[nodiscard]] bool gets_close(double before, double now, const Beneath& slabs) const {
-    constexpr double kOn = kAttachSteps * double(kContourStep);
     if (!(now < clearance_)) return false;
     return (slabs.same_slab && now < before) || (slabs.next_slab && now > kOn && (now < before || before <= kOn));
   }
@@ -750,7 +806,7 @@ private:
            (orientation(p, target, q) == 0 && dot(q, p, target) <= 0);
   }
   /// Is nothing in the way of a panel, and no vertex too near to an edge afterwards? Needs `find_all_near`.
-  [[nodiscard]] bool way_is_clear(const Candidate& c, const Moving& m, const GridPoint& target) const {
+  [[nodiscard]] bool way_is_clear(const Candidate& c, const Moving& m, const GridPoint& target) {
     const GridPoint &p = m.p, &q = m.x;
     if (p == target) return true;
     const int turn = orientation(p, target, q);
@@ -770,13 +826,23 @@ private:
         const int i = orientation(p, target, y), j = orientation(target, q, y), k = orientation(q, p, y);
         // Along its own line an edge only gains or loses the way.
         if (turn == 0 ? segments_meet(p, target, y, y) : i * turn >= 0 && j * turn >= 0 && k * turn >= 0) return true;
-        return gets_close(segment_distance(y, p, q), segment_distance(y, target, q), slabs);
+        const double before = segment_distance(y, p, q);
+        if (!gets_close(before, segment_distance(y, target, q), slabs)) return false;
+        if (before <= kOn && left_.panel == kNone) left_ = {m.panel, y};
+        return true;
       };
       if (blocks(a) || blocks(b)) return true;
       if (a == p || b == p || a == target || b == target) return false;
       if (a == c.v || a == c.w || b == c.v || b == c.w) return false;
-      return gets_close(segment_distance(p, a, b), segment_distance(target, a, b), slabs) ||
-             (segments_meet(p, target, a, b) && (orientation(p, target, a) != 0 || orientation(p, target, b) != 0));
+      const double now = segment_distance(target, a, b);
+      const double before = segment_distance(p, a, b);
+      if (gets_close(before, now, slabs)) {
+        if (before <= kOn && left_.panel == kNone) left_ = {panel_of(other), p};
+        return true;
+      }
+      // An edge of another slab that is led through the target ends the way there.
+      if (!slabs.same_slab && now <= kOn) return false;
+      return segments_meet(p, target, a, b) && (orientation(p, target, a) != 0 || orientation(p, target, b) != 0);
     });
   }
 
@@ -899,6 +965,12 @@ private:
   std::vector<Panel> near_;                      // see find_near
   double reach_near_ = 0;                        // how far the column in question may move
   std::size_t doubtful_ = 0;                     // the step that failed last
+  /// A panel and what lies on it: the last way was blocked as it would not any more. None: by something else.
+  struct Left {
+    std::int32_t panel = kNone;
+    GridPoint y;
+  };
+  Left left_;
   std::vector<Step> steps_;
   std::vector<Beside> beside_;                   // see find_beside
   std::vector<std::array<GridPoint, 2>> walls_;  // see find_walls: points on both sides of the column
