@@ -26,12 +26,17 @@ struct Outline {
     std::int32_t b = 0;          ///< index of the vertex where it ends
     std::int32_t left = kNone;   ///< index of the region on the left of a -> b, or kNone
     std::int32_t right = kNone;  ///< index of the region on the right, or kNone
+    [[nodiscard]] bool operator==(const Edge& o) const {
+      return a == o.a && b == o.b && left == o.left && right == o.right;
+    }
   };
   std::vector<GridPoint> vertices;  ///< #V, all different, each on an edge
   std::vector<Edge> edges;          ///< #E, in no order; none where the slab is empty
 
   /// True if there is nothing in the slab.
   [[nodiscard]] bool empty() const { return edges.empty(); }
+  /// The same numbers; normalized outlines are the same if and only if they are equal.
+  [[nodiscard]] bool operator==(const Outline& o) const { return vertices == o.vertices && edges == o.edges; }
 };
 
 namespace detail {

@@ -18,6 +18,7 @@
 #include "slice2mesh/core/diagnostics.hpp"
 #include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/progress.hpp"
+#include "slice2mesh/harmonize/adopt.hpp"
 #include "slice2mesh/harmonize/anticipate.hpp"
 #include "slice2mesh/harmonize/attach.hpp"
 #include "slice2mesh/harmonize/columns.hpp"
@@ -68,6 +69,7 @@ inline constexpr double kShortToleranceShare = 0.3;  // ... this tolerance
 inline constexpr double kSnapShare = 0.45;           // vertices this near to one below move onto it
 /// What simplification and merging after the opening have moved is compared with the contour below once more.
 inline constexpr int kPasses = 2;
+inline constexpr double kAdoptShare = 0.8;         // a contour takes the way of a neighbor that is this near to its slice
 inline constexpr double kColumnShare = 1.5;        // columns nearer than this are merged ...
 inline constexpr double kColumnDeviation = 0.97;   // ... within this deviation ...
 inline constexpr double kColumnMost = 0.995;       // ... or this one where there was more before ...
@@ -217,6 +219,38 @@ inline void subdivide(Outline& outline, double longest, const std::function<void
   return measured_deviation(outline, slice, SegmentIndex(slice, &listen), eps, poll);
 }
 
+/// Contours were made from the lowest slab up, each from the one below and what its slice needs; what the slabs above
+/// would have liked was not known. Now it is: from the highest slab down, and up again, every contour takes the way of
+/// its neighbor wherever its slice allows it. What two neighbors differ by never gets larger in all: where the
+/// one on the other side had the old way, the difference is found there instead.
+inline void adopt_ways(Contours& contours, const LayerRegions& input, double eps, double longest,
+                       const Progress& progress) {
+  const std::size_t count = contours.slabs.size();
+  const auto regions = std::int32_t(contours.regions.size());
+  const std::function<void()> poll = [&] { report(progress, Stage::Harmonize, 1); };
+  const auto take_over = [&](std::size_t s, std::size_t neighbor) {
+    poll();
+    const std::size_t upper = std::max(s, neighbor);
+    if (contours.slabs[upper - 1].z_high != contours.slabs[upper].z_low) return;
+    const Outline &own = contours.outlines[s], &other = contours.outlines[neighbor];
+    if (own == other) return;
+    Poll listen(poll, 1 << 14);
+    const SegmentIndex other_index(other, &listen);
+    SliceNearness slice(input.outlines[s], &listen);
+    Outline outline = adopt_ways(own, other, other_index, slice, regions, kAdoptShare * eps, longest, poll);
+    attach_vertices(outline, regions, poll);
+    subdivide(outline, longest, poll);
+    normalize(outline, poll);
+    if (outline == own) return;
+    const double measured = measured_deviation(outline, input.outlines[s], slice.index(), eps, poll);
+    if (measured > kColumnDeviation * eps && measured * contours.grid.pitch > contours.deviation[s]) return;
+    contours.deviation[s] = measured * contours.grid.pitch;
+    contours.outlines[s] = std::move(outline);
+  };
+  for (std::size_t s = count; s-- > 1;) take_over(s - 1, s);
+  for (std::size_t s = 1; s < count; ++s) take_over(s, s - 1);
+}
+
 /// Merges contour vertices that are near to each other in all slabs, or moves them apart (see ColumnMerger), and
 /// measures the deviation of the slabs concerned. Slabs that are then too far from their slices are left out of it, and
 /// all is done again.
@@ -341,8 +375,10 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
     result.deviation.push_back(deviation * input.grid.pitch);
     result.outlines.push_back(std::move(outline));
   }
-  if (options.eps > 0 && options.merge_columns)
+  if (options.eps > 0 && options.merge_columns) {
+    detail::adopt_ways(result, input, eps, longest, progress);
     detail::merge_columns(result, input, eps, longest, diagnostics, progress);
+  }
   if (finest < longest)
     for (Outline& outline : result.outlines) {
       const std::function<void()> poll = [&] { report(progress, Stage::Harmonize, 1); };

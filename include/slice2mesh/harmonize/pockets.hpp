@@ -8,8 +8,6 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
-#include <map>
-#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -19,81 +17,11 @@
 #include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/harmonize/merge.hpp"
+#include "slice2mesh/harmonize/outline_overlay.hpp"
 #include "slice2mesh/harmonize/simplify.hpp"
 #include "slice2mesh/triangulate/planar.hpp"
 
 namespace slice2mesh::detail {
-
-/// Union-find with path halving.
-class DisjointSets {
-public:
-  explicit DisjointSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
-  [[nodiscard]] std::int32_t find(std::int32_t i) {
-    while (parent_[std::size_t(i)] != i) i = parent_[std::size_t(i)] = parent_[std::size_t(parent_[std::size_t(i)])];
-    return i;
-  }
-  void unite(std::int32_t i, std::int32_t j) {
-    i = find(i);
-    j = find(j);
-    if (i != j) parent_[std::size_t(std::max(i, j))] = std::min(i, j);
-  }
-
-private:
-  std::vector<std::int32_t> parent_;
-};
-
-/// A piece of the outline that is being put together. `parent`: an edge of the outline below (0 and up), an edge of the
-/// own outline (count of the former and up), or kNone for a cut across a pocket.
-struct OutlinePiece {
-  std::int32_t a, b, left, right, parent;
-};
-
-/// Joins pieces of the same parent with the same regions over vertices that nothing else uses, so that edges which were
-/// split on the way are whole again. `keep` (#V): vertices that stay.
-inline std::vector<OutlinePiece> join_pieces(const std::vector<OutlinePiece>& pieces, const std::vector<char>& keep,
-                                             const std::function<void()>& poll = {}) {
-  Poll listen(poll, 1 << 14);
-  const std::size_t vertices = keep.size();
-  std::vector<std::array<std::int32_t, 2>> at(vertices, {kNone, kNone});
-  std::vector<std::int32_t> degree(vertices, 0);
-  for (std::size_t p = 0; p < pieces.size(); ++p)
-    for (const std::int32_t v : {pieces[p].a, pieces[p].b}) {
-      listen();
-      const std::int32_t d = degree[std::size_t(v)]++;
-      if (d < 2) at[std::size_t(v)][std::size_t(d)] = std::int32_t(p);
-    }
-  const auto passes = [&](std::int32_t v) {
-    if (degree[std::size_t(v)] != 2 || keep[std::size_t(v)]) return false;
-    const OutlinePiece &p = pieces[std::size_t(at[std::size_t(v)][0])], &q = pieces[std::size_t(at[std::size_t(v)][1])];
-    if (p.parent != q.parent || p.parent == kNone) return false;
-    const bool same_way = (p.b == v) == (q.a == v);
-    return same_way ? (p.left == q.left && p.right == q.right) : (p.left == q.right && p.right == q.left);
-  };
-  std::vector<char> done(pieces.size(), 0);
-  std::vector<OutlinePiece> result;
-  for (std::size_t p = 0; p < pieces.size(); ++p) {
-    if (done[p]) continue;
-    done[p] = 1;
-    OutlinePiece joined = pieces[p];
-    const auto extend = [&](std::int32_t v) {
-      std::int32_t from = std::int32_t(p);
-      while (passes(v)) {
-        listen();
-        const auto& both = at[std::size_t(v)];
-        const std::int32_t next = both[0] == from ? both[1] : both[0];
-        if (done[std::size_t(next)]) break;
-        done[std::size_t(next)] = 1;
-        v = pieces[std::size_t(next)].a == v ? pieces[std::size_t(next)].b : pieces[std::size_t(next)].a;
-        from = next;
-      }
-      return v;
-    };
-    joined.b = extend(joined.b);
-    joined.a = extend(joined.a);
-    result.push_back(joined);
-  }
-  return result;
-}
 
 /// What a vertex of a pocket's triangulation is to the two outlines.
 struct PocketVertex {
@@ -258,46 +186,16 @@ enum class BandSplits : std::uint8_t {
 [[nodiscard]] inline Outline open_difference(const Outline& own, const Outline& below, const SegmentIndex& below_index,
                                              std::int32_t regions, double width, const SimplifyLimits& limits,
                                              BandSplits bands, const std::function<void()>& poll = {}) {
-  std::vector<TaggedSegment> segments;
-  append_segments(own, 0, segments);
-  append_segments(below, regions, segments);
-  Attachment attachment;
-  attachment.near = kAttachSteps * double(kContourStep);
-  attachment.strong = below.vertices;
-  attachment.strong_near = kAttachShare * width;
-  attachment.strong_tags = regions;
-  const Arrangement arrangement = snap_round(segments, attachment, poll);
-  const ArrangementFaces faces = find_faces(arrangement, poll);
-  const std::size_t face_count = faces.windings.size();
+  const OutlineOverlay overlay(own, below, regions, kAttachShare * width, poll);
+  const Arrangement& arrangement = overlay.arrangement;
+  const ArrangementFaces& faces = overlay.faces;
+  const std::vector<std::int32_t>&own_label = overlay.own_label, &below_label = overlay.other_label;
   Poll listen(poll, 1 << 14);  // items looked at
-
-  // Region of each face in the own outline and in the one below.
-  std::vector<std::int32_t> own_label(face_count, kNone), below_label(face_count, kNone);
-  for (std::size_t f = 0; f < face_count; ++f) {
-    listen(faces.windings[f].size() + 1);
-    for (const EdgeTag& tag : faces.windings[f]) {
-      if (tag.winding <= 0) continue;
-      std::int32_t& label = tag.tag < regions ? own_label[f] : below_label[f];
-      const std::int32_t region = tag.tag < regions ? tag.tag : tag.tag - regions;
-      if (label == kNone || region < label) label = region;
-    }
-  }
-
-  // Pockets: connected faces on which the two differ. A pocket is thin if none of its vertices is far from the other
-  // outline.
-  DisjointSets pockets(face_count);
-  const auto differs = [&](std::int32_t f) { return own_label[std::size_t(f)] != below_label[std::size_t(f)]; };
-  for (const auto& sides : faces.of_edge) {
-    listen();
-    if (differs(sides[0]) && differs(sides[1])) pockets.unite(sides[0], sides[1]);
-  }
-  std::vector<char> wide(face_count, 0);
-  const auto is_own_edge = [&](std::size_t e) {
-    return own_label[std::size_t(faces.of_edge[e][0])] != own_label[std::size_t(faces.of_edge[e][1])];
-  };
-  const auto is_below_edge = [&](std::size_t e) {
-    return below_label[std::size_t(faces.of_edge[e][0])] != below_label[std::size_t(faces.of_edge[e][1])];
-  };
+  // A pocket is thin if none of its vertices is far from the other outline.
+  const auto differs = [&](std::int32_t f) { return overlay.differs(f); };
+  const auto is_own_edge = [&](std::size_t e) { return overlay.is_own_edge(e); };
+  const auto is_below_edge = [&](std::size_t e) { return overlay.is_other_edge(e); };
+  std::vector<char> wide(faces.windings.size(), 0);
   std::vector<char> on_own(arrangement.vertices.size(), 0), on_below(arrangement.vertices.size(), 0);
   for (std::size_t e = 0; e < arrangement.edges.size(); ++e) {
     listen();
@@ -324,7 +222,7 @@ enum class BandSplits : std::uint8_t {
       listen();
       for (const std::int32_t f : faces.of_edge[e]) {
         if (!differs(f)) continue;
-        char& flag = wide[std::size_t(pockets.find(f))];
+        char& flag = wide[std::size_t(overlay.pocket(f))];
         if (flag) continue;
         const bool own_edge = is_own_edge(e);
         if (own_edge == is_below_edge(e)) continue;
@@ -337,39 +235,13 @@ enum class BandSplits : std::uint8_t {
       }
     }
   }
-  const auto is_wide = [&](std::int32_t f) { return differs(f) && wide[std::size_t(pockets.find(f))]; };
+  const auto is_wide = [&](std::int32_t f) { return differs(f) && wide[std::size_t(overlay.pocket(f))] != 0; };
   const auto label_of = [&](std::int32_t f) {
     return below_label[std::size_t(f)];
   };  // for faces that are not in wide pockets
 
-  // Parents of the arrangement's edges.
-  std::vector<std::size_t> first_edge(arrangement.vertices.size() + 1, 0);  // by the smaller end; edges are sorted
-  for (const Arrangement::Edge& e : arrangement.edges) ++first_edge[std::size_t(e.a) + 1];
-  for (std::size_t v = 1; v < first_edge.size(); ++v) first_edge[v] += first_edge[v - 1];
-  const auto edge_between = [&](std::int32_t a, std::int32_t b) {
-    std::size_t e = first_edge[std::size_t(std::min(a, b))];
-    while (arrangement.edges[e].b != std::max(a, b)) ++e;
-    return e;
-  };
-  std::vector<std::int32_t> parent(arrangement.edges.size(), kNone);
+  const std::vector<std::int32_t>& parent = overlay.parent;
   const auto below_edges = std::int32_t(below.edges.size());
-  {
-    std::size_t segment = 0;
-    const auto walk = [&](const Outline& outline, std::int32_t first, bool override_parent) {
-      for (std::size_t e = 0; e < outline.edges.size(); ++e) {
-        const int count = (outline.edges[e].left != kNone) + (outline.edges[e].right != kNone);
-        const std::vector<std::int32_t> path = arrangement.path(segment);
-        listen(4 * path.size());
-        for (std::size_t i = 0; i + 1 < path.size(); ++i) {
-          std::int32_t& slot = parent[edge_between(path[i], path[i + 1])];
-          if (override_parent || slot == kNone) slot = first + std::int32_t(e);
-        }
-        segment += std::size_t(count);
-      }
-    };
-    walk(own, below_edges, false);
-    walk(below, 0, true);
-  }
 
   // Triangulate the wide pockets, their boundaries split where they are thin.
   std::vector<GridPoint> points = arrangement.vertices;
@@ -604,7 +476,7 @@ enum class BandSplits : std::uint8_t {
         // Across an edge between two differing faces of the same pocket the pocket goes on.
         if (n == kNone) continue;
         if (!order[t]->is_constrained(k) ||
-            pockets.find(triangle_face[std::size_t(n)]) == pockets.find(triangle_face[t]))
+            overlay.pocket(triangle_face[std::size_t(n)]) == overlay.pocket(triangle_face[t]))
           neighbor[t][std::size_t(k)] = n;
       }
     const PocketSelection selection(local_points, vertices, triangles, neighbor, poll);
@@ -655,15 +527,7 @@ enum class BandSplits : std::uint8_t {
   std::vector<Bond> bond(outline.vertices.size(), Bond::Free);
   std::vector<char> old_edge, cut_edge;
   // Vertices of the outline below stay, also where an edge of the own one has been led through them.
-  std::vector<char> at_below(outline.vertices.size(), 0);
-  {
-    std::vector<GridPoint> old_vertices = below.vertices;
-    sort_listening(old_vertices.begin(), old_vertices.end(), listen);
-    for (std::size_t v = 0; v < at_below.size(); ++v) {
-      listen(16);
-      at_below[v] = std::binary_search(old_vertices.begin(), old_vertices.end(), outline.vertices[v]);
-    }
-  }
+  const std::vector<char> at_below = are_among(outline.vertices, below.vertices, listen);
   for (const OutlinePiece& p : join_pieces(pieces, at_below, poll)) {
     listen();
     outline.edges.push_back({p.a, p.b, p.left, p.right});

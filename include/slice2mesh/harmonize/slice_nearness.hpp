@@ -33,6 +33,8 @@ public:
   /// `listen` is called for what is worked on.
   explicit SliceNearness(const Outline& slice, Poll* listen = nullptr) : slice_(slice, listen) {}
 
+  [[nodiscard]] const SegmentIndex& index() const { return slice_; }
+
   /// Is every point of an edge of the contour near to the slice?
   [[nodiscard]] bool is_near(const Edge& edge, const NearnessLimits& limits, Poll* listen) {
     const double limit = limits.deviation;
