@@ -20,9 +20,9 @@
 namespace slice2mesh::detail {
 
 /// Shares of `reach`.
-inline constexpr double kAdoptAttach = 0.05;      // the contour is led through vertices of the other one this near to it
+inline constexpr double kAdoptAttach = 0.05;  // the contour is led through vertices of the other one this near to it
 inline constexpr double kAdoptResolution = 0.03;  // pieces of contours that are not split further
-inline constexpr double kAdoptFar = 8;             // parts of a contour are not looked for farther from the slice
+inline constexpr double kAdoptFar = 8;            // parts of a contour are not looked for farther from the slice
 /// Points of an edge, without its last one, that are asked for the nearest points of the slice.
 inline constexpr int kAdoptPoints = 4;
 
@@ -69,7 +69,8 @@ inline constexpr int kAdoptPoints = 4;
   for (std::size_t e = 0; e < arrangement.edges.size(); ++e) {
     listen();
     const std::int32_t left = label_of(overlay.faces.of_edge[e][0]), right = label_of(overlay.faces.of_edge[e][1]);
-    if (left != right) pieces.push_back({arrangement.edges[e].a, arrangement.edges[e].b, left, right, overlay.parent[e]});
+    if (left != right)
+      pieces.push_back({arrangement.edges[e].a, arrangement.edges[e].b, left, right, overlay.parent[e]});
   }
   Outline result;
   result.vertices = arrangement.vertices;

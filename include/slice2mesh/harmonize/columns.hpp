@@ -91,9 +91,11 @@ public:
 
 private:
   static constexpr int kRounds = 3;
-  static constexpr int kMostLeads = 4;  // edges that are led through a vertex for a pair to be merged
+  static constexpr int kMostLeads = 4;                // edges that are led through a vertex for a pair to be merged ...
+  static constexpr double kLeadReach = 1.4;           // ... that is nearer than this; of the clearance
   static constexpr std::size_t kPollEvery = 1 << 14;  // edges and vertices looked at
-  static constexpr double kOn = kAttachSteps * double(kContourStep);  // an edge of another slab is led through what is on it
+  static constexpr double kOn =
+      kAttachSteps * double(kContourStep);    // an edge of another slab is led through what is on it
   static constexpr double kLargestDrift = 2;  // of the distance of close columns: what an edge's end moves in all
 
   /// The contour of one slab while it changes.
@@ -354,12 +356,14 @@ private:
   }
 
   bool merge(const Candidate& c, std::vector<char>& changed) {
-    // What keeps a pair apart may be a vertex that would no longer lie on an edge of the next slab. Where the edge is led
-    // through it, the two stay together.
+    // What keeps a pair apart may be a vertex that would no longer lie on an edge of the next slab. Where the edge is
+    // led through it, the two stay together.
     for (int lead = 0; lead <= kMostLeads; ++lead) {
       left_ = {};
       if (try_merge(c, changed)) return true;
-      if (left_.panel == kNone || c.distance >= limits_.clearance || !lead_through(left_.panel, left_.y, changed)) break;
+      if (left_.panel == kNone || c.distance >= kLeadReach * limits_.clearance ||
+          !lead_through(left_.panel, left_.y, changed))
+        break;
     }
     return false;
   }
@@ -734,8 +738,8 @@ private:
     }
     return kNone;
   }
-  /// Gives a panel a vertex at y, which lies on it, in all of its slabs. False if one of them has a vertex there, or may
-  /// not change.
+  /// Gives a panel a vertex at y, which lies on it, in all of its slabs. False if one of them has a vertex there, or
+  /// may not change.
   bool lead_through(std::int32_t k, const GridPoint& y, std::vector<char>& changed) {
     const Panel old = panels_[std::size_t(k)];
     Place& there = places_[y];  // the references stay valid: no place is ever taken out
@@ -824,11 +828,11 @@ private:
         if (y.x < low.x || y.x > high.x || y.y < low.y || y.y > high.y) return false;
         if (y == p || y == q || y == target || y == c.v || y == c.w) return false;
         const int i = orientation(p, target, y), j = orientation(target, q, y), k = orientation(q, p, y);
-        // Along its own line an edge only gains or loses the way.
-        if (turn == 0 ? segments_meet(p, target, y, y) : i * turn >= 0 && j * turn >= 0 && k * turn >= 0) return true;
         const double before = segment_distance(y, p, q);
-        if (!gets_close(before, segment_distance(y, target, q), slabs)) return false;
-        if (before <= kOn && left_.panel == kNone) left_ = {m.panel, y};
+        // Along its own line an edge only gains or loses the way.
+        const bool swept = turn == 0 ? segments_meet(p, target, y, y) : i * turn >= 0 && j * turn >= 0 && k * turn >= 0;
+        if (!swept && !gets_close(before, segment_distance(y, target, q), slabs)) return false;
+        if (before <= kOn && !slabs.same_slab && left_.panel == kNone) left_ = {m.panel, y};
         return true;
       };
       if (blocks(a) || blocks(b)) return true;
@@ -837,7 +841,7 @@ private:
       const double now = segment_distance(target, a, b);
       const double before = segment_distance(p, a, b);
       if (gets_close(before, now, slabs)) {
-        if (before <= kOn && left_.panel == kNone) left_ = {panel_of(other), p};
+        if (before <= kOn && !slabs.same_slab && left_.panel == kNone) left_ = {panel_of(other), p};
         return true;
       }
       // An edge of another slab that is led through the target ends the way there.
