@@ -67,9 +67,11 @@ inline constexpr double kSimplifyShare = 0.1;        // tolerance of simplificat
 inline constexpr double kShortEdgeShare = 0.9;       // edges shorter than this are worth ...
 inline constexpr double kShortToleranceShare = 0.3;  // ... this tolerance
 inline constexpr double kSnapShare = 0.45;           // vertices this near to one below move onto it
-/// What simplification and merging after the opening have moved is compared with the contour below once more.
-inline constexpr int kPasses = 2;
+/// What simplification and merging after the opening have moved is compared with the contour below once more, where
+/// nothing else does that: contours that settle are compared with their neighbors again.
+inline constexpr int kPasses = 2, kPassesBeforeSettling = 1;
 inline constexpr double kAdoptShare = 0.8;   // a contour takes the way of a neighbor that is this near to its slice
+inline constexpr int kSettleRounds = 3;      // of adopting and merging
 inline constexpr double kColumnShare = 1.5;  // columns nearer than this are merged ...
 inline constexpr double kColumnDeviation = 0.97;   // ... within this deviation ...
 inline constexpr double kColumnMost = 0.995;       // ... or this one where there was more before ...
@@ -321,6 +323,7 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
   const double finest = options.contour_size > 0 ? options.contour_size / input.grid.pitch : HUGE_VAL;
   // Edges that are short against eps are merged as fast as they are made: finer pieces are made in the end.
   const double longest = std::max(finest, eps);
+  const bool settle = options.eps > 0 && options.merge_columns;
   detail::SlabsAhead ahead(input);
   for (std::size_t s = 0; s < input.slabs.size(); ++s) {
     const std::function<void()> poll = [&] {
@@ -353,7 +356,7 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
         detail::snap_vertices(outline, result.outlines[s - 1], detail::kSnapShare * share * eps, poll);
         const detail::SimplifyLimits limits{detail::kSimplifyShare * share * eps, detail::kShortEdgeShare * share * eps,
                                             detail::kShortToleranceShare * share * eps, longest};
-        for (int pass = 0; pass < detail::kPasses; ++pass)
+        for (int pass = 0; pass < (settle ? detail::kPassesBeforeSettling : detail::kPasses); ++pass)
           outline = detail::open_difference(
               outline, result.outlines[s - 1], below, static_cast<std::int32_t>(input.regions.size()),
               share * eps * detail::kOpeningShare, limits,
@@ -375,9 +378,12 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
     result.deviation.push_back(deviation * input.grid.pitch);
     result.outlines.push_back(std::move(outline));
   }
-  if (options.eps > 0 && options.merge_columns) {
-    detail::adopt_ways(result, input, eps, longest, progress);
-    detail::merge_columns(result, input, eps, longest, diagnostics, progress);
+  if (settle) {
+    // What is merged leaves other ways to be adopted, and those other columns to be merged.
+    for (int round = 0; round < detail::kSettleRounds; ++round) {
+      detail::adopt_ways(result, input, eps, longest, progress);
+      detail::merge_columns(result, input, eps, longest, diagnostics, progress);
+    }
   }
   if (finest < longest)
     for (Outline& outline : result.outlines) {
