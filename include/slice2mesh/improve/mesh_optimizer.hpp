@@ -69,8 +69,10 @@ public:
         // Free vertices have their turn before contours. When all is polished, contours soon rest where nothing is bad.
         const bool contours = columns_ && round >= kFirstColumnRound;
         const double column_floor = round < first + kColumnRounds ? floor_ : std::max(floor_, kBad);
-        const std::size_t done =
-            flip_round() + smooth_round() + (contours ? column_round(column_floor) : 0) + collapse_round();
+        // What is flat has to be flipped before its vertices can do anything; later, smoothing gains most for its work.
+        std::size_t done = floor == kBad ? flip_round() : smooth_round();
+        done += floor == kBad ? smooth_round() : flip_round();
+        done += (contours ? column_round(column_floor) : 0) + collapse_round();
         most = std::max(most, done);
         if (columns_ && round < kFirstColumnRound) continue;
         if (double(done) < (floor == kBad ? kLittle : kPolished) * double(most) || done == 0) break;
