@@ -61,9 +61,14 @@ inline constexpr int kAdoptPoints = 4;
       flag = good ? 0 : 1;
     }
   }
+  const auto is_adopted = [&](std::int32_t f) {
+    return overlay.differs(f) && stays[std::size_t(overlay.pocket(f))] == 0;
+  };
+  if (std::none_of(overlay.faces.of_edge.begin(), overlay.faces.of_edge.end(),
+                   [&](const auto& sides) { return is_adopted(sides[0]) || is_adopted(sides[1]); }))
+    return own;
   const auto label_of = [&](std::int32_t f) {
-    const bool own_one = overlay.differs(f) && stays[std::size_t(overlay.pocket(f))] != 0;
-    return (own_one ? overlay.own_label : overlay.other_label)[std::size_t(f)];
+    return (is_adopted(f) ? overlay.other_label : overlay.own_label)[std::size_t(f)];
   };
   std::vector<OutlinePiece> pieces;
   for (std::size_t e = 0; e < arrangement.edges.size(); ++e) {

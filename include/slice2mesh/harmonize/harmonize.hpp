@@ -240,6 +240,7 @@ inline void adopt_ways(Contours& contours, const LayerRegions& input, double eps
     const SegmentIndex other_index(other, &listen);
     SliceNearness slice(input.outlines[s], &listen);
     Outline outline = adopt_ways(own, other, other_index, slice, regions, kAdoptShare * eps, longest, poll);
+    if (outline == own) return;
     attach_vertices(outline, regions, poll);
     subdivide(outline, longest, poll);
     normalize(outline, poll);
