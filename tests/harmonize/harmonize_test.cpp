@@ -55,12 +55,7 @@ double sampled_deviation(const Outline& from, const Outline& to) {
 }
 
 bool same(const Outline& a, const Outline& b) {
-  if (a.vertices != b.vertices || a.edges.size() != b.edges.size()) return false;
-  for (std::size_t e = 0; e < a.edges.size(); ++e)
-    if (a.edges[e].a != b.edges[e].a || a.edges[e].b != b.edges[e].b || a.edges[e].left != b.edges[e].left ||
-        a.edges[e].right != b.edges[e].right)
-      return false;
-  return true;
+  return a == b;
 }
 
 /// No crossings, no vertex on an edge, edges that separate something, and the regions of every vertex close up.
@@ -225,11 +220,16 @@ struct MergedColumns {
   std::vector<Outline> outlines;
   std::vector<char> changed;
 };
+/// Slabs of height 1 that stand on each other.
+std::vector<Slab> stacked_slabs(std::size_t count) {
+  std::vector<Slab> slabs(count);
+  for (std::size_t s = 0; s < count; ++s) slabs[s].z_low = double(s), slabs[s].z_high = double(s + 1);
+  return slabs;
+}
 /// Columns nearer than 1600 pitches merged, in slabs that stand on each other and are their own slices.
 MergedColumns merge(const std::vector<Outline>& outlines, double deviation, const std::vector<char>& frozen = {},
                     double apart = 0) {
-  std::vector<Slab> slabs(outlines.size());
-  for (std::size_t s = 0; s < slabs.size(); ++s) slabs[s].z_low = double(s), slabs[s].z_high = double(s + 1);
+  const std::vector<Slab> slabs = stacked_slabs(outlines.size());
   const std::vector<char> none(outlines.size(), 0);
   MergedColumns result{outlines, {}};
   detail::ColumnMerger merger(result.outlines, outlines, slabs, frozen.empty() ? none : frozen,
@@ -264,6 +264,123 @@ TEST_CASE("vertices of neighboring slabs that are close get one place, whichever
       CHECK(same(outline, merged.outlines[0]));
     }
   }
+}
+
+TEST_CASE("an edge is led through a vertex that lies on it where a close pair could not be merged otherwise") {
+  // Whichever of the two edges at the corners turns, a vertex of the other slab that lies on it would be left beside
+  // it, by 1280 to 2560 pitches, more than what the overlay takes for the same.
+  const std::int64_t gap = 5120;
+  const GridPoint lower_corner{kSide, kSide}, upper_corner{kSide + gap, kSide + gap};
+  const GridPoint on_lower{kSide, kSide / 2}, on_upper{(kSide + gap) / 2, kSide + gap / 2};
+  const Outline lower = polygon({{0, 0}, {kSide, 0}, lower_corner, on_upper, {0, kSide}});
+  const Outline upper = polygon({{0, 0}, {kSide, 0}, on_lower, upper_corner, {0, kSide}});
+  for (const bool swapped : {false, true}) {
+    INFO("swapped " << swapped);
+    const std::vector<Outline> slices =
+        swapped ? std::vector<Outline>{upper, lower} : std::vector<Outline>{lower, upper};
+    const std::vector<Slab> slabs = stacked_slabs(2);
+    MergedColumns merged{slices, {}};
+    const std::vector<char> none(2, 0);
+    detail::ColumnMerger merger(merged.outlines, slices, slabs, none, {24000, 16000, 16000, 11000, 1e9, 0});
+    merger.run(merged.changed, [] {});
+    std::size_t corners = 0;
+    for (const Outline& outline : merged.outlines) check_valid(outline);
+    for (const GridPoint& v : merged.outlines[0].vertices)
+      if (v.x > kSide * 3 / 4 && v.y > kSide * 3 / 4) {
+        ++corners;
+        CHECK(detail::distance(v, lower_corner) < 8000);
+        CHECK(std::count(merged.outlines[1].vertices.begin(), merged.outlines[1].vertices.end(), v) == 1);
+      }
+    CHECK(corners == 1);
+    CHECK(merged.changed == std::vector<char>(2, 1));
+  }
+}
+
+namespace {
+
+/// The own contour with the ways of another one within 10000 pitches of the slice.
+Outline adopt(const Outline& own, const Outline& other, const Outline& slice) {
+  const detail::SegmentIndex index(other);
+  detail::SliceNearness nearness(slice);
+  return detail::adopt_ways(own, other, index, nearness, 1, 10000, 1e9);
+}
+
+/// Twice the area of a valid outline of one region.
+double twice_area(const Outline& outline) {
+  double sum = 0;
+  for (const Outline::Edge& e : outline.edges) {
+    const GridPoint &a = outline.vertices[std::size_t(e.a)], &b = outline.vertices[std::size_t(e.b)];
+    const double part = double(a.x) * double(b.y) - double(b.x) * double(a.y);
+    sum += e.left != kNone ? part : -part;
+  }
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("a contour takes the way of its neighbor where its slice is near to it, and keeps its own elsewhere") {
+  const std::int64_t deep = 32000, flat = 6400;
+  const Outline square = polygon(kSquare);
+  // A dent of the right side, and one of the top.
+  const std::vector<GridPoint> right{{kSide, 40000}, {kSide - flat, 42000}, {kSide - flat, 80000}, {kSide, 82000}};
+  const auto with_top = [&](std::int64_t depth) {
+    std::vector<GridPoint> points{{0, 0}, {kSide, 0}};
+    points.insert(points.end(), right.begin(), right.end());
+    for (const GridPoint& p : {GridPoint{kSide, kSide}, GridPoint{90000, kSide}, GridPoint{88000, kSide - depth},
+                               GridPoint{50000, kSide - depth}, GridPoint{48000, kSide}, GridPoint{0, kSide}})
+      points.push_back(p);
+    return polygon(points);
+  };
+  SECTION("shallow dents go, and come, with the neighbor") {
+    CHECK(adopt(with_top(flat), square, with_top(flat)) == square);
+    CHECK(adopt(square, with_top(flat), square) == with_top(flat));
+  }
+  SECTION("a deep one stays, beside a shallow one that goes") {
+    const Outline result = adopt(with_top(deep), square, with_top(deep));
+    check_valid(result);
+    CHECK(twice_area(result) == twice_area(square) - 80000.0 * double(deep));  // the trapezoid: (42000 + 38000) / 2
+    for (const GridPoint& p : right) CHECK(std::count(result.vertices.begin(), result.vertices.end(), p) == 0);
+  }
+  SECTION("a deep one of the neighbor is not taken") {
+    const Outline result = adopt(square, with_top(deep), square);
+    check_valid(result);
+    CHECK(twice_area(result) == twice_area(square) - 80000.0 * double(flat));
+  }
+  SECTION("nothing changes where the slice asks for the own way though both contours are near to each other") {
+    const Outline far_slice = polygon({{0, 0}, {kSide - 12000, 0}, {kSide - 12000, kSide}, {0, kSide}});
+    const Outline own = polygon({{0, 0}, {kSide - flat, 0}, {kSide - flat, kSide}, {0, kSide}});
+    CHECK(adopt(own, square, far_slice) == own);
+  }
+}
+
+TEST_CASE("contours that settled differ less from their neighbors than before, and stay within eps") {
+  double before = 0, after = 0;
+  for (std::uint32_t seed = 1; seed <= 12; ++seed) {
+    INFO("seed " << seed);
+    Harmonized h = harmonize_stack(random_stack(seed, 8), 0.5);
+    HarmonizeOptions options;
+    options.eps = h.contours.eps;
+    options.contour_size = h.contours.thickness;
+    options.merge_columns = false;
+    const Contours alone = harmonize(h.input, options, h.diagnostics);
+    const auto differences = [](const Contours& contours) {
+      double sum = 0;
+      for (std::size_t s = 1; s < contours.outlines.size(); ++s) {
+        const detail::OutlineOverlay overlay(contours.outlines[s], contours.outlines[s - 1],
+                                             std::int32_t(contours.regions.size()), 0, {});
+        for (std::size_t e = 0; e < overlay.arrangement.edges.size(); ++e)
+          if (overlay.is_own_edge(e) != overlay.is_other_edge(e))
+            sum += detail::distance(overlay.arrangement.vertices[std::size_t(overlay.arrangement.edges[e].a)],
+                                    overlay.arrangement.vertices[std::size_t(overlay.arrangement.edges[e].b)]);
+      }
+      return sum;
+    };
+    before += differences(alone);
+    after += differences(h.contours);
+    check_all(h, true);
+  }
+  CHECK(before > 0);
+  CHECK(after < 0.98 * before);
 }
 
 TEST_CASE("columns do not merge where a slab would leave its slice, nor in slabs that are to stay") {
