@@ -26,6 +26,7 @@ struct Outline {
     std::int32_t b = 0;          ///< index of the vertex where it ends
     std::int32_t left = kNone;   ///< index of the region on the left of a -> b, or kNone
     std::int32_t right = kNone;  ///< index of the region on the right, or kNone
+    /// The same ends in the same order, and the same regions.
     [[nodiscard]] bool operator==(const Edge& o) const {
       return a == o.a && b == o.b && left == o.left && right == o.right;
     }
