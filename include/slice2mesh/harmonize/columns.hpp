@@ -777,6 +777,8 @@ private:
   }
 
   [[nodiscard]] bool possible(const Candidate& c, const GridPoint& target) {
+    // Where the tolerance is wider than the part, places may be off the grid.
+    if (std::max(std::llabs(target.x), std::llabs(target.y)) > kGridLimit) return false;
     const double from_v = distance(c.v, target), from_w = distance(c.w, target);
     for (const Step& step : steps_) {
       if (step.v != kNone && step.drift_v + from_v > reach_) return false;
