@@ -46,6 +46,11 @@ struct Grid {
 /// bits.
 inline constexpr std::int64_t kGridLimit = std::int64_t{1} << 40;
 
+/// Are the coordinates of a point, in pitches, within kGridLimit?
+[[nodiscard]] constexpr bool is_on_grid(const GridPoint& p) noexcept {
+  return p.x >= -kGridLimit && p.x <= kGridLimit && p.y >= -kGridLimit && p.y <= kGridLimit;
+}
+
 /// Contour vertices lie on multiples of this many pitches; the pitches in between are for points that split contour
 /// edges. Splits and crossings bend an edge by their rounding, half a pitch to half a step; end points of other edges
 /// that are within kAttachSteps (arrange/snap_rounding.hpp) by their distance.

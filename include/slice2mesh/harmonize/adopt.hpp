@@ -22,7 +22,7 @@ namespace slice2mesh::detail {
 /// Shares of `reach`.
 inline constexpr double kAdoptAttach = 0.05;  // the contour is led through vertices of the other one this near to it
 inline constexpr double kAdoptResolution = 0.03;  // pieces of contours that are not split further
-inline constexpr double kAdoptFar = 8;            // parts of a contour are not looked for farther from the slice
+inline constexpr double kAdoptFar = 2;            // contours are within eps of their slices: 1.25 of the reach in use
 /// Points of an edge, without its last one, that are asked for the nearest points of the slice.
 inline constexpr int kAdoptPoints = 4;
 

@@ -95,7 +95,7 @@ private:
   static constexpr double kLeadReach = 1.4;           // ... that is nearer than this; of the clearance
   static constexpr std::size_t kPollEvery = 1 << 14;  // edges and vertices looked at
   static constexpr double kOn =
-      kAttachSteps * double(kContourStep);    // an edge of another slab is led through what is on it
+      kAttachSteps * double(kContourStep);    // pitches: an edge of another slab is led through what is this near to it
   static constexpr double kLargestDrift = 2;  // of the distance of close columns: what an edge's end moves in all
 
   /// The contour of one slab while it changes.
@@ -778,7 +778,7 @@ private:
 
   [[nodiscard]] bool possible(const Candidate& c, const GridPoint& target) {
     // Where the tolerance is wider than the part, places may be off the grid.
-    if (std::max(std::llabs(target.x), std::llabs(target.y)) > kGridLimit) return false;
+    if (!is_on_grid(target)) return false;
     const double from_v = distance(c.v, target), from_w = distance(c.w, target);
     for (const Step& step : steps_) {
       if (step.v != kNone && step.drift_v + from_v > reach_) return false;

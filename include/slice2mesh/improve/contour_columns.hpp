@@ -156,8 +156,7 @@ public:
       }
       if (distance(home_[c], target) > reach() - 1) return false;
       // A tolerance may be wider than the grid.
-      if (target.x < -kGridLimit || target.x > kGridLimit || target.y < -kGridLimit || target.y > kGridLimit)
-        return false;
+      if (!is_on_grid(target)) return false;
       targets_.push_back(target);
       for (const std::int32_t v : columns_[c].vertices) after.push_back({v, target});
     }

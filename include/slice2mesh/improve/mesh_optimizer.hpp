@@ -70,9 +70,12 @@ public:
         const bool contours = columns_ && round >= kFirstColumnRound;
         const double column_floor = round < first + kColumnRounds ? floor_ : std::max(floor_, kBad);
         // What is flat has to be flipped before its vertices can do anything; later, smoothing gains most for its work.
-        std::size_t done = floor == kBad ? flip_round() : smooth_round();
-        done += floor == kBad ? smooth_round() : flip_round();
-        done += (contours ? column_round(column_floor) : 0) + collapse_round();
+        std::size_t done = 0;  // one after the other: the operands of a sum have no order
+        if (floor == kBad) done += flip_round();
+        done += smooth_round();
+        if (floor != kBad) done += flip_round();
+        if (contours) done += column_round(column_floor);
+        done += collapse_round();
         most = std::max(most, done);
         if (columns_ && round < kFirstColumnRound) continue;
         if (double(done) < (floor == kBad ? kLittle : kPolished) * double(most) || done == 0) break;

@@ -88,8 +88,7 @@ inline void check_complex(const Plc& plc, CheckNotes& notes, const std::function
   for (std::size_t v = 0; v < plc.vertices.size(); ++v) {
     listen();
     const GridPoint& p = plc.vertices[v];
-    if (p.x < -kGridLimit || p.x > kGridLimit || p.y < -kGridLimit || p.y > kGridLimit ||
-        (v < plc.vertex_plane.size() && !in_range(plc.vertex_plane[v], plc.planes.size())))
+    if (!is_on_grid(p) || (v < plc.vertex_plane.size() && !in_range(plc.vertex_plane[v], plc.planes.size())))
       notes.offend([v] { return "vertex " + std::to_string(v); });
   }
   for (std::size_t f = 0; f < plc.facets.size(); ++f) {

@@ -260,7 +260,7 @@ private:
       if (on_grid) {
         const GridPoint g{static_cast<std::int64_t>(x) - plc_.grid.origin_x,
                           static_cast<std::int64_t>(y) - plc_.grid.origin_y};
-        on_grid = g.x >= -kGridLimit && g.x <= kGridLimit && g.y >= -kGridLimit && g.y <= kGridLimit;
+        on_grid = is_on_grid(g);
         points_[v] = g;
       }
       if (!(hint < plc_.planes.size() && plc_.planes[hint] == p[2]))
