@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "exit_codes.hpp"
+#include "interrupt.hpp"
 #include "slice2mesh/regions/slabs.hpp"
 #include "text.hpp"
 
@@ -75,7 +76,9 @@ void print_contents(const SliceStack& stack) {
 
 int print_info(const std::string& path, const slice2mesh::CliReadOptions& read, const slice2mesh::SlabOptions& slabs) {
   slice2mesh::Diagnostics diagnostics;
-  const SliceStack stack = slice2mesh::read_cli(path, read, &diagnostics);
+  slice2mesh::CliReadOptions listening = read;
+  listening.poll = [] { stop_if_interrupted(slice2mesh::Stage::Read); };
+  const SliceStack stack = slice2mesh::read_cli(path, listening, &diagnostics);
   print_line(stdout, "file", path);
   if (stack.version) print_line(stdout, "version", short_text(*stack.version / 100.0));
   if (stack.date) print_line(stdout, "date", std::to_string(*stack.date));

@@ -28,4 +28,8 @@ bool interrupted() noexcept {
   return asked_to_stop != 0;
 }
 
+void stop_if_interrupted(slice2mesh::Stage stage) {
+  if (interrupted()) throw slice2mesh::Cancelled(stage);
+}
+
 }  // namespace slice2mesh_program

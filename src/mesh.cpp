@@ -106,7 +106,9 @@ int mesh_file(const MeshJob& job) {
   const slice2mesh::AnyTetrahedralizer mesher = make_mesher(choice);
 
   slice2mesh::Diagnostics reading;
-  const slice2mesh::SliceStack stack = slice2mesh::read_cli(job.input, job.read, &reading);
+  slice2mesh::CliReadOptions read = job.read;
+  read.poll = [] { stop_if_interrupted(slice2mesh::Stage::Read); };
+  const slice2mesh::SliceStack stack = slice2mesh::read_cli(job.input, read, &reading);
   log("read " + job.input + ": " + std::to_string(stack.layers.size()) + " layers");
   if (!job.quiet) print_diagnostics(stderr, "  ", reading);
 
@@ -132,9 +134,7 @@ int mesh_file(const MeshJob& job) {
 
   const bool passed = result.report.certificate.passed();
   slice2mesh::WriteOptions write = job.write;
-  write.poll = [] {
-    if (interrupted()) throw slice2mesh::Cancelled(slice2mesh::Stage::Write);
-  };
+  write.poll = [] { stop_if_interrupted(slice2mesh::Stage::Write); };
   if (passed) {
     for (const std::string& path : job.outputs) {
       slice2mesh::write_mesh(path, result.mesh, write);

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -24,7 +25,10 @@ using namespace slice2mesh_test;
 namespace {
 
 using detail::Int128;
+using detail::Poll;
 using detail::TetGraph;
+
+const std::function<void()> kNobody;  // listens
 
 /// What is wrong with neighbors, stars and ratings, each against all tets; empty if nothing.
 std::string faults(const TetGraph& graph) {
@@ -108,7 +112,7 @@ TEST_CASE(
     INFO(named.name);
     Made made = make(named.stack);
     const std::size_t tets = made.mesh.tets.size();
-    TetGraph graph(made.stack, made.mesh, made.pitch, [] {});
+    TetGraph graph(made.stack, made.mesh, made.pitch, Poll(kNobody, 1));
     REQUIRE(graph.size() == tets);
     REQUIRE(tets > 0);
     CHECK(faults(graph).empty());
@@ -140,7 +144,8 @@ TEST_CASE(
     for (std::int32_t t = 0; t < std::int32_t(graph.size()); ++t) alive += std::size_t(graph.alive(t));
     std::vector<std::int32_t> same(graph.points().size());
     std::iota(same.begin(), same.end(), 0);
-    graph.give_back(made.mesh, same);
+    Poll listen(kNobody, 1);
+    graph.give_back(made.mesh, same, listen);
     CHECK(made.mesh.tets.size() == alive);
     CHECK(made.mesh.tet_slab.size() == alive);
     CHECK(made.mesh.tet_region.size() == alive);
@@ -157,7 +162,7 @@ TEST_CASE("a vertex that goes into its neighbor leaves neighbors, stars and rati
     Made made = make(named.stack);
     std::vector<char> fixed;
     for (const PlaneMesh& plane : made.stack.meshes) fixed.insert(fixed.end(), plane.fixed.begin(), plane.fixed.end());
-    TetGraph graph(made.stack, made.mesh, made.pitch, [] {});
+    TetGraph graph(made.stack, made.mesh, made.pitch, Poll(kNobody, 1));
     const auto before = volumes(graph);
     std::size_t done = 0;
     for (std::int32_t v = 0; v < std::int32_t(fixed.size()) && done < 40; ++v) {
@@ -197,7 +202,7 @@ TEST_CASE("a vertex that goes into its neighbor leaves neighbors, stars and rati
 
 TEST_CASE("how bad a tet is does not depend on the vertex it is rated from, and is R/3r where angles are not small") {
   Made made = make(random_stack(3));
-  const TetGraph graph(made.stack, made.mesh, made.pitch, [] {});
+  const TetGraph graph(made.stack, made.mesh, made.pitch, Poll(kNobody, 1));
   std::size_t plain = 0, sharp = 0;
   for (std::int32_t t = 0; t < std::int32_t(graph.size()); ++t) {
     const TetGraph::Tet& v = graph[t].v;
@@ -227,7 +232,7 @@ TEST_CASE(
   for (const NamedStack& named : stacks()) {
     INFO(named.name);
     Made made = make(named.stack);
-    TetGraph graph(made.stack, made.mesh, made.pitch, [] {});
+    TetGraph graph(made.stack, made.mesh, made.pitch, Poll(kNobody, 1));
     detail::StarCost star;
     for (std::int32_t v = 0; v < std::int32_t(graph.points().size()); v += 1 + v / 40) {
       if (graph.star(v).empty()) continue;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "slice2mesh/plc/verify_plc.hpp"
 
+#include <functional>
 #include <limits>
 #include <string>
 #include <vector>
@@ -197,7 +198,9 @@ TEST_CASE("cover by a sweep: once, twice, crossing") {
         edges.push_back(a < b ? CoverSweep::Edge{a, b, true} : CoverSweep::Edge{b, a, false});
       }
     GridPoint at;
-    return CoverSweep::run(edges, at);
+    const std::function<void()> nobody;
+    detail::Poll listen(nobody, 1);
+    return CoverSweep::run(edges, at, listen);
   };
   const auto square = [](std::int64_t x, std::int64_t y, std::int64_t size) {
     return std::vector<GridPoint>{{x, y}, {x + size, y}, {x + size, y + size}, {x, y + size}};

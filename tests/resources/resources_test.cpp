@@ -1,16 +1,23 @@
 // SPDX-License-Identifier: MIT
 // Budgets, cancellation from any place, and the same bytes every time.
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <map>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "slice2mesh/cli/read_cli.hpp"
+#include "slice2mesh/cli/write_cli.hpp"
 #include "slice2mesh/core/error.hpp"
 #include "slice2mesh/io/write_mesh.hpp"
+#include "slice2mesh/plc/verify_plc.hpp"
 #include "slice2mesh/quality/certificate.hpp"
 #include "slice2mesh/quality/quality.hpp"
 #include "test_support.hpp"
@@ -172,6 +179,72 @@ TEST_CASE("long bands between two contours in exact mode, which are split finely
   CHECK(outcome.ending == Ending::Cancelled);
   CHECK(outcome.message == std::string(to_string(Stage::Harmonize)) + ": cancelled");
   CHECK(n == 12);
+}
+
+TEST_CASE("reading a slice file, writing one and checking a complex can be cancelled on the way") {
+  SliceStack stack;
+  stack.layers.emplace_back();
+  Polyline line;
+  constexpr int kPoints = 200000;
+  for (int i = 0; i < kPoints; ++i) {
+    const double angle = 2 * 3.14159265358979 * i / kPoints, r = 10 + (i % 2 != 0 ? 0.001 : 0);
+    line.points.push_back({r * std::cos(angle), r * std::sin(angle)});
+  }
+  stack.layers[0].polylines.push_back(line);
+  // `work` hands the listener on; each of its calls can end it.
+  const auto check = [](std::size_t least, const std::function<void(const std::function<void()>&)>& work) {
+    std::size_t n = 0;
+    work([&] { ++n; });
+    REQUIRE(n >= least);
+    for (const std::size_t stop : {std::size_t{1}, n / 2, n}) {
+      CAPTURE(stop, n);
+      std::size_t calls = 0;
+      CHECK_THROWS_AS(work([&] {
+                        if (++calls == stop) throw Stop("enough");
+                      }),
+                      Stop);
+      CHECK(calls == stop);  // nobody asks again
+    }
+  };
+  for (const bool binary : {false, true}) {
+    CAPTURE(binary);
+    CliWriteOptions write;
+    write.binary = binary;
+    std::string bytes;
+    check(kPoints * (binary ? 8 : 20) / 65536, [&](const std::function<void()>& poll) {
+      write.poll = poll;
+      std::ostringstream out;
+      write_cli(out, stack, write);
+      bytes = out.str();
+    });
+    const std::string path = "cancelled.cli";
+    write.poll = [n = 0]() mutable {
+      if (++n == 6) throw Stop("enough");
+    };
+    CHECK_THROWS_AS(write_cli(path, stack, write), Stop);
+    CHECK_FALSE(std::filesystem::exists(path));
+    CliReadOptions read = CliReadOptions::as_written();
+    const auto of_memory = [&](const std::function<void()>& poll) {
+      read.poll = poll;
+      const SliceStack got = parse_cli(bytes, read);  // CHECK would catch what the listener throws
+      CHECK(got.layers.size() == 1);
+    };
+    check(kPoints / 65536 + 2, of_memory);  // reading the points, and twice for all of them at once
+    check(bytes.size() / 65536, [&](const std::function<void()>& poll) {
+      read.poll = poll;
+      std::istringstream in(bytes);
+      const SliceStack got = read_cli(in, read);
+      CHECK(got.layers.size() == 1);
+    });
+  }
+  Options options;
+  options.size.size = Length::mm(0.12);
+  const Outcome outcome = run_pipeline(sample(), options);
+  REQUIRE(outcome.certified());
+  check(3, [&](const std::function<void()>& poll) {
+    const PlcReport report = verify_plc(outcome.plc, 3, poll);
+    CHECK(report.passed());
+  });
 }
 
 TEST_CASE("every budget ends a run with a BudgetError, and a budget that suffices changes nothing") {

@@ -13,6 +13,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <istream>
 #include <limits>
 #include <map>
@@ -26,6 +27,7 @@
 #include "slice2mesh/cli/cli_limits.hpp"
 #include "slice2mesh/core/diagnostics.hpp"
 #include "slice2mesh/core/error.hpp"
+#include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/core/slice_stack.hpp"
 
 namespace slice2mesh {
@@ -70,6 +72,8 @@ struct CliReadOptions {
   /// Signed or not.
   CliShortCoordinates short_coordinates = CliShortCoordinates::Auto;
   double unit = 0;  ///< mm per unit, in [1e-9, 1e6]; used instead of the file's `$$UNITS` if > 0
+  /// Called now and then; what it throws ends the reading and goes on to the caller.
+  std::function<void()> poll;
 
   /// Options that take a file by its word: no dialect is guessed. What `write_cli` wrote is read back like this.
   [[nodiscard]] static CliReadOptions as_written() {
@@ -195,7 +199,8 @@ inline std::vector<std::optional<bool>> nesting_parity(const std::vector<const s
 class CliParser {
 public:
   CliParser(std::string_view bytes, const CliReadOptions& options, Diagnostics* diagnostics, std::string source)
-      : bytes_(bytes), options_(options), diagnostics_(diagnostics), source_(std::move(source)) {}
+      : bytes_(bytes), options_(options), diagnostics_(diagnostics), source_(std::move(source)),
+        listen_(options_.poll, kPollEvery) {}
 
   SliceStack parse() {
     if (options_.unit != 0 && !(options_.unit >= kCliSmallestUnit && options_.unit <= kCliLargestUnit))
@@ -290,6 +295,7 @@ private:
 
   /// The next `$$KEYWORD`; pos_ is then at the first character of its arguments. Empty at the end of the file.
   std::optional<Command> next_command() {
+    listen_();
     skip_blanks();
     if (!arguments_end()) {
       stray_.add();
@@ -350,6 +356,7 @@ private:
 
   /// After a number: a comma, blanks, or the end of the arguments. Returns false at the end.
   bool next_field() {
+    listen_();
     skip_blanks();
     if (arguments_end()) return false;
     if (bytes_[pos_] == ',') {
@@ -822,6 +829,7 @@ private:
     const std::size_t n = binary_count(is_short, 2, command);
     line.points.reserve(n);
     for (std::size_t i = 0; i < n; ++i) {
+      listen_();
       Point2 p;
       p.x = binary_coordinate(is_short);
       p.y = binary_coordinate(is_short);
@@ -839,6 +847,7 @@ private:
     const std::size_t n = binary_count(is_short, 4, command);
     hatches.lines.reserve(n);
     for (std::size_t i = 0; i < n; ++i) {
+      listen_();
       std::array<double, 4> v{};
       for (double& value : v) value = binary_coordinate(is_short);
       hatches.lines.push_back({Point2{v[0], v[1]}, Point2{v[2], v[3]}});
@@ -852,6 +861,7 @@ private:
     while (!at_end() && (bytes_[pos_] == '\r' || bytes_[pos_] == '\n')) ++pos_;
     const std::size_t origin = pos_;
     while (!at_end()) {
+      listen_();
       const std::size_t command = pos_;
       if (bytes_.size() - pos_ < 2 || peek16(pos_) == 0) {
         // Some writers fill the last block of the file.
@@ -1054,6 +1064,7 @@ private:
       std::size_t kept = 0;
       for (std::size_t i = 0; i < lines.size(); ++i) {
         Polyline& line = lines[i];
+        listen_(1 + line.points.size());
         const auto layer = static_cast<std::int64_t>(l);
         const auto index = static_cast<std::int64_t>(i);
         std::vector<Point2>& p = line.points;
@@ -1132,6 +1143,7 @@ private:
       nest(l, lines, rule == CliOrientation::Nesting);
       for (std::size_t i = 0; i < lines.size(); ++i) {
         Polyline& line = lines[i];
+        listen_(1 + line.points.size());
         if (line.direction == Direction::Open) continue;
         const int sign = winding_sign(line.points);
         if (rule == CliOrientation::Winding || line.direction == kUndecided) {
@@ -1224,6 +1236,8 @@ private:
   CliReadOptions options_;
   Diagnostics* diagnostics_;
   std::string source_;
+  static constexpr std::size_t kPollEvery = 1 << 16;  // numbers, points and commands
+  Poll listen_;
 
   std::size_t pos_ = 0;
   std::size_t text_end_ = 0;  ///< bytes up to here are text: errors there have a line
@@ -1249,10 +1263,11 @@ private:
 };
 
 /// All bytes of a stream, in blocks: memory proportional to what is there.
-inline std::string read_all(std::istream& stream, const std::string& name) {
+inline std::string read_all(std::istream& stream, const std::string& name, const std::function<void()>& poll) {
   std::string bytes;
   std::vector<char> block(std::size_t{1} << 16);
   while (stream) {
+    if (poll) poll();
     stream.read(block.data(), static_cast<std::streamsize>(block.size()));
     bytes.append(block.data(), static_cast<std::size_t>(stream.gcount()));
   }
@@ -1281,7 +1296,7 @@ inline std::string read_all(std::istream& stream, const std::string& name) {
 /// the geometry. No file that has it was ever seen.
 ///
 /// Errors: ParseError with byte and line for everything else that is not a CLI file, among it a text file without
-/// `$$GEOMETRYEND` (it was cut off); OptionError for `options.unit`.
+/// `$$GEOMETRYEND` (it was cut off); OptionError for `options.unit`; what `options.poll` throws.
 /// Cost: linear in the number of bytes (sorting in a layer where nesting is asked for), memory proportional to it.
 /// `source_name` appears in messages.
 [[nodiscard]] inline SliceStack parse_cli(std::string_view bytes, const CliReadOptions& options = {},
@@ -1292,7 +1307,7 @@ inline std::string read_all(std::istream& stream, const std::string& name) {
 /// Read a CLI file from a stream (opened in binary mode). See `parse_cli`; FileError when the stream fails.
 [[nodiscard]] inline SliceStack read_cli(std::istream& stream, const CliReadOptions& options = {},
                                          Diagnostics* diagnostics = nullptr, std::string source_name = {}) {
-  const std::string bytes = detail::read_all(stream, source_name.empty() ? "<stream>" : source_name);
+  const std::string bytes = detail::read_all(stream, source_name.empty() ? "<stream>" : source_name, options.poll);
   return parse_cli(bytes, options, diagnostics, std::move(source_name));
 }
 

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <ostream>
@@ -29,6 +30,9 @@ struct CliWriteOptions {
   bool short_commands = false;  ///< binary: 16-bit commands for polylines, hatches and layers whose numbers fit
   bool align = false;           ///< binary: `$$ALIGN`, commands filled up to multiples of 32 bits
   bool exact = false;           ///< throw instead of writing a file that says less than the stack
+  /// Called now and then; what it throws ends the writing and goes on to the caller, and where a path was given no file
+  /// is left.
+  std::function<void()> poll;
 };
 
 /// What a written file does not say exactly.
@@ -68,6 +72,10 @@ private:
   static constexpr double kShortHighSigned = 32767;
   static constexpr std::size_t kShortCount = 65535;
 
+  void listen() const {
+    if (options_.poll) options_.poll();
+  }
+
   // ---- what can be written
 
   void check() const {
@@ -87,7 +95,10 @@ private:
     if (stack_.dimension)
       for (const double v : *stack_.dimension)
         if (!std::isfinite(v)) throw Error(Stage::Write, "the dimension of the stack has a number that is not finite");
-    for (std::size_t l = 0; l < stack_.layers.size(); ++l) check_layer(l);
+    for (std::size_t l = 0; l < stack_.layers.size(); ++l) {
+      listen();
+      check_layer(l);
+    }
   }
 
   void check_layer(std::size_t l) const {
@@ -144,6 +155,7 @@ private:
       high_.y = std::max(high_.y, p.y);
     };
     for (const Layer& layer : stack_.layers) {
+      listen();
       for (const Polyline& line : layer.polylines)
         for (const Point2& p : line.points) add(p);
       for (const Hatches& hatches : layer.hatches)
@@ -449,6 +461,7 @@ private:
     if (buffer_.size() >= kBlock) flush();
   }
   void flush() {
+    listen();
     stream_.write(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
     report_.bytes += buffer_.size();
     buffer_.clear();
@@ -481,7 +494,7 @@ private:
 ///
 /// Errors: Error or GeometryError (stage write) for a stack that the format cannot hold (numbers not finite, z not
 /// ascending, labels with line breaks) and, with `options.exact`, for anything the report would count; FileError when
-/// the stream fails. Cost: linear.
+/// the stream fails; what `options.poll` throws. Cost: linear.
 inline CliWriteReport write_cli(std::ostream& stream, const SliceStack& stack, const CliWriteOptions& options = {}) {
   return detail::CliWriter(stream, stack, options).write();
 }

@@ -19,6 +19,7 @@
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/arrange/segment_index.hpp"
 #include "slice2mesh/core/all_from.hpp"
+#include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/harmonize/contour_shape.hpp"
 #include "slice2mesh/harmonize/harmonize.hpp"
@@ -276,8 +277,9 @@ private:
       line_[s].assign(outline.vertices.size(), {});
       slice.clear();
       for (const GridPoint& p : slices_[s].vertices) slice.push_back({round_to_step(p.x), round_to_step(p.y)});
-      std::sort(slice.begin(), slice.end());
+      sort_listening(slice.begin(), slice.end(), listen_);
       std::vector<std::uint32_t> degree(outline.vertices.size(), 0);
+      listen_(outline.edges.size());
       for (const Outline::Edge& e : outline.edges)
         for (const auto& [v, far] : {std::pair{e.a, e.b}, std::pair{e.b, e.a}}) {
           const std::uint32_t n = degree[std::size_t(v)]++;
@@ -339,6 +341,7 @@ private:
     }
     column_of_.assign(points_.size(), kNone);
     for (std::size_t v = 0; v < points_.size(); ++v) {
+      listen_();
       if ((role[v] & (End | Twice)) == 0) continue;  // a split, or in the interior
       const std::int32_t r = root(std::int32_t(v));
       std::int32_t column = column_of_[std::size_t(r)];
@@ -386,6 +389,7 @@ private:
       }
     });
     for (std::size_t i = 0; i < columns_.size(); ++i) {
+      listen_();
       Column& c = columns_[i];
       std::sort(c.splits.begin(), c.splits.end(), [](const Split& a, const Split& b) {
         return std::tie(a.vertex, a.from, a.to) < std::tie(b.vertex, b.from, b.to);
@@ -399,6 +403,7 @@ private:
         for (const std::int32_t end : line) columns_[std::size_t(end)].followers.push_back(std::int32_t(i));
     }
     for (Column& c : columns_) {
+      listen_();
       std::sort(c.followers.begin(), c.followers.end());
       c.followers.erase(std::unique(c.followers.begin(), c.followers.end()), c.followers.end());
     }

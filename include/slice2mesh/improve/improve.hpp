@@ -36,8 +36,11 @@ inline bool improve(const LayerRegions& regions, Contours& contours, PlaneStack&
   if (!(options.most_work >= 0)) throw OptionError("improve.most_work", "must be 0 or more");
   if (options.rounds == 0 || contours.eps == 0 || mesh.vertices.size() != plc.vertices.size()) return false;
   const std::function<void()> poll = [&] { report(progress, Stage::Improve, 1); };
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+  detail::Poll listen(poll, 1 << 16);
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    listen();
     if (mesh.vertices[v] != plc.position(v)) return false;
+  }
   {
     detail::MeshOptimizer optimizer(contours, options.move_contours ? &regions.outlines : nullptr, stack, mesh, options,
                                     progress);
@@ -57,7 +60,6 @@ inline bool improve(const LayerRegions& regions, Contours& contours, PlaneStack&
   plc = build_plc(contours, stack.meshes, stack.slab_planes, true, {}, poll);
   poll();
   mesh.vertices.clear();
-  detail::Poll listen(poll, 1 << 16);
   for (std::size_t v = 0; v < plc.vertices.size(); ++v) {
     listen();
     mesh.vertices.push_back(plc.position(v));

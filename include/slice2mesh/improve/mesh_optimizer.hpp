@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "slice2mesh/arrange/exact.hpp"
+#include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/harmonize/harmonize.hpp"
@@ -43,7 +44,9 @@ public:
     const std::size_t vertices = graph_.points().size();
     for (const PlaneMesh& plane : stack.meshes)
       for (const char fixed : plane.fixed) kind_.push_back(fixed ? Kind::Fixed : Kind::Free);
+    to_listener_();
     find_sliding();
+    to_listener_();
     gone_.assign(vertices, kNone);
     tried_smooth_.assign(vertices, 0);
     tried_pairs_.assign(vertices, 0);
@@ -136,6 +139,7 @@ private:
 
   /// Vertices in the interior of contour edges, with the vertices they slide between.
   void find_sliding() {
+    Poll listen(to_listener_, kPollEvery);
     for (std::size_t k = 0; k < stack_.meshes.size(); ++k) {
       const PlaneMesh& mesh = stack_.meshes[k];
       const std::int32_t first = graph_.first()[k];
@@ -144,6 +148,7 @@ private:
       for (const auto* all : {&mesh.below_chain, &mesh.above_chain})
         for (const auto& chain : *all)
           for (std::size_t i = 0; i < chain.size(); ++i) {
+            listen();
             const auto v = std::size_t(chain[i]);
             if (i == 0 || i + 1 == chain.size()) {
               state[v] = 2;
@@ -158,6 +163,7 @@ private:
             }
           }
       for (std::size_t v = 0; v < state.size(); ++v) {
+        listen();
         if (state[v] != 1) continue;
         kind_[std::size_t(first) + v] = Kind::Sliding;
         slide_[first + std::int32_t(v)] = {first + between[v].previous, first + between[v].next};
@@ -434,6 +440,7 @@ private:
   void write_back() {
     std::vector<std::int32_t> index(kind_.size(), kNone);
     std::int32_t next = 0;
+    Poll listen(to_listener_, kPollEvery);
     for (std::size_t k = 0; k < stack_.meshes.size(); ++k) {
       report(progress_, Stage::Improve, 1);
       PlaneMesh& mesh = stack_.meshes[k];
@@ -441,6 +448,7 @@ private:
       std::vector<GridPoint> vertices;
       std::vector<char> fixed;
       for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+        listen();
         const std::size_t global = std::size_t(first) + v;
         if (gone_[global] != kNone) continue;
         index[global] = next++;
@@ -454,12 +462,13 @@ private:
       mesh.sides.clear();
       for (auto* all : {&mesh.below_chain, &mesh.above_chain})
         for (auto& chain : *all) {
+          listen(chain.size());
           for (std::int32_t& v : chain) v = local(v);
           chain.erase(std::unique(chain.begin(), chain.end()), chain.end());
         }
     }
     collect_triangles(index);
-    graph_.give_back(mesh_, index);
+    graph_.give_back(mesh_, index, listen);
   }
   /// The triangles of the planes are the horizontal faces of tets.
   void collect_triangles(const std::vector<std::int32_t>& index) {
@@ -473,7 +482,7 @@ private:
       bool operator<(const Face& o) const { return sorted != o.sorted ? sorted < o.sorted : side < o.side; }
     };
     std::vector<std::vector<Face>> faces_of(stack_.meshes.size());
-    Poll listen(to_listener_, 1 << 16);
+    Poll listen(to_listener_, kPollEvery);
     for (std::int32_t t = 0; t < std::int32_t(graph_.size()); ++t) {
       listen();
       if (!graph_.alive(t)) continue;
@@ -496,11 +505,11 @@ private:
       }
     }
     for (std::size_t k = 0; k < faces_of.size(); ++k) {
-      to_listener_();
       std::vector<Face>& faces = faces_of[k];
-      std::sort(faces.begin(), faces.end());
+      sort_listening(faces.begin(), faces.end(), listen);
       PlaneMesh& mesh = stack_.meshes[k];
       for (std::size_t f = 0; f < faces.size(); ++f) {
+        listen();
         if (f == 0 || faces[f - 1].sorted != faces[f].sorted) {
           mesh.triangles.push_back(faces[f].vertices);
           mesh.sides.emplace_back();

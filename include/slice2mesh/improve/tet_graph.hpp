@@ -13,7 +13,9 @@
 #include <vector>
 
 #include "slice2mesh/arrange/exact.hpp"
+#include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/mesh.hpp"
+#include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/triangulate/plane_stack.hpp"
 
 namespace slice2mesh::detail {
@@ -39,10 +41,10 @@ public:
   };
   using Vector = std::array<double, 3>;
 
-  /// Takes the tets out of the mesh. `pitch`: of the grid, mm. `poll` is called every so many tets.
-  template <class Poll>
-  TetGraph(const PlaneStack& stack, Mesh& mesh, double pitch, Poll&& poll) {
+  /// Takes the tets out of the mesh. `pitch`: of the grid, mm. `listen` is told what is looked at, here and below.
+  TetGraph(const PlaneStack& stack, Mesh& mesh, double pitch, Poll listen) {
     for (std::size_t k = 0; k < stack.meshes.size(); ++k) {
+      listen(stack.meshes[k].vertices.size());
       first_.push_back(std::int32_t(points_.size()));
       const PlaneMesh& plane = stack.meshes[k];
       points_.insert(points_.end(), plane.vertices.begin(), plane.vertices.end());
@@ -50,9 +52,11 @@ public:
       for (const GridPoint& p : plane.vertices) xyz_.push_back({double(p.x), double(p.y), plane.z / pitch});
     }
     first_.push_back(std::int32_t(points_.size()));
-    elements_.resize(mesh.tets.size());
-    const std::vector<std::int32_t> order = spatial_order(mesh, poll);
+    elements_.reserve(mesh.tets.size());  // and filled below: memory that is touched all at once takes its time
+    const std::vector<std::int32_t> order = spatial_order(mesh, listen);
     for (std::size_t t = 0; t < order.size(); ++t) {
+      listen();
+      elements_.emplace_back();
       elements_[t].v = mesh.tets[std::size_t(order[t])];
       elements_[t].slab = mesh.tet_slab[std::size_t(order[t])];
       elements_[t].region = mesh.tet_region[std::size_t(order[t])];
@@ -63,16 +67,21 @@ public:
     mesh.tet_region = std::vector<std::int32_t>();
     stars_.resize(points_.size());
     std::vector<std::int32_t> degree(points_.size(), 0);
-    for (const Element& e : elements_)
+    for (const Element& e : elements_) {
+      listen();
       for (const std::int32_t v : e.v) ++degree[std::size_t(v)];
-    for (std::size_t v = 0; v < points_.size(); ++v) stars_[v].reserve(std::size_t(degree[v]) + 4);
-    badness_.resize(elements_.size());
-    for (std::size_t t = 0; t < elements_.size(); ++t) {
-      poll();
-      for (const std::int32_t v : elements_[t].v) stars_[std::size_t(v)].push_back(std::int32_t(t));
-      badness_[t] = rate(elements_[t].v);
     }
-    find_neighbors(poll);
+    for (std::size_t v = 0; v < points_.size(); ++v) {
+      listen();
+      stars_[v].reserve(std::size_t(degree[v]) + 4);
+    }
+    badness_.reserve(elements_.size());
+    for (std::size_t t = 0; t < elements_.size(); ++t) {
+      listen();
+      for (const std::int32_t v : elements_[t].v) stars_[std::size_t(v)].push_back(std::int32_t(t));
+      badness_.push_back(rate(elements_[t].v));
+    }
+    find_neighbors(listen);
     changed_.assign(points_.size(), 1);
   }
 
@@ -231,8 +240,13 @@ public:
     changed_[std::size_t(v)] = stamp_;
   }
   /// Puts the tets back, with other numbers for their vertices.
-  void give_back(Mesh& mesh, const std::vector<std::int32_t>& index) {
+  void give_back(Mesh& mesh, const std::vector<std::int32_t>& index, Poll& listen) {
+    for (std::vector<std::int32_t>& star : stars_) {
+      listen();
+      star = std::vector<std::int32_t>();
+    }
     for (const Element& e : elements_) {
+      listen();
       if (e.v[0] == kNone) continue;
       mesh.tets.push_back(e.v);
       for (std::int32_t& v : mesh.tets.back()) v = index[std::size_t(v)];
@@ -245,8 +259,7 @@ public:
 
 private:
   /// Tets by slabs, and in a slab along a Morton curve: what is near in space is near in memory.
-  template <class Poll>
-  [[nodiscard]] std::vector<std::int32_t> spatial_order(const Mesh& mesh, Poll&& poll) const {
+  [[nodiscard]] std::vector<std::int32_t> spatial_order(const Mesh& mesh, Poll& listen) const {
     GridPoint low{kGridLimit, kGridLimit}, high{-kGridLimit, -kGridLimit};
     for (const GridPoint& p : points_) {
       low = {std::min(low.x, p.x), std::min(low.y, p.y)};
@@ -267,7 +280,7 @@ private:
     std::vector<std::size_t> next(start.begin(), start.end() - 1);
     std::vector<std::pair<std::uint64_t, std::int32_t>> keys(mesh.tets.size());
     for (std::size_t t = 0; t < keys.size(); ++t) {
-      poll();
+      listen();
       std::int64_t x = -4 * low.x, y = -4 * low.y;
       for (const std::int32_t v : mesh.tets[t]) {
         x += point(v).x;
@@ -275,10 +288,8 @@ private:
       }
       keys[next[std::size_t(mesh.tet_slab[t])]++] = {spread(x >> shift) | spread(y >> shift) << 1, std::int32_t(t)};
     }
-    for (std::size_t s = 0; s + 1 < start.size(); ++s) {
-      for (std::size_t t = start[s]; t < start[s + 1]; ++t) poll();
-      std::sort(keys.begin() + std::ptrdiff_t(start[s]), keys.begin() + std::ptrdiff_t(start[s + 1]));
-    }
+    for (std::size_t s = 0; s + 1 < start.size(); ++s)
+      sort_listening(keys.begin() + std::ptrdiff_t(start[s]), keys.begin() + std::ptrdiff_t(start[s + 1]), listen);
     std::vector<std::int32_t> order(keys.size());
     for (std::size_t t = 0; t < keys.size(); ++t) order[t] = keys[t].second;
     return order;
@@ -312,10 +323,9 @@ private:
     open_.push_back(face);
   }
   /// Every face at its lowest vertex.
-  template <class Poll>
-  void find_neighbors(Poll&& poll) {
+  void find_neighbors(Poll& listen) {
     for (std::size_t v = 0; v < stars_.size(); ++v) {
-      poll();
+      listen();
       open_.clear();
       for (const std::int32_t t : stars_[v])
         for (std::size_t i = 0; i < 4; ++i) {

@@ -253,6 +253,8 @@ SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& o
       options.improve.move_contours)
     report.separation = measure_separation(contours, detail::within(progress, Stage::Improve));
   note_separation(report.separation, contours.slabs, result.diagnostics);
+  planes = {};  // nobody needs it any more, and to give it back takes its time
+  slice2mesh::report(progress, Stage::Improve, 1);
   clock.done(Stage::Improve);
   slice2mesh::report(progress, Stage::Certify, 0);
   if (traits.facets == FacetKeeping::Exactly) {

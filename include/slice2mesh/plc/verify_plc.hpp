@@ -15,7 +15,9 @@
 #include <vector>
 
 #include "slice2mesh/arrange/exact.hpp"
+#include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/plc.hpp"
+#include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/core/short_number.hpp"
 #include "slice2mesh/plc/plc_checks.hpp"
 
@@ -56,7 +58,7 @@ public:
   };
 
   /// `at` gets the place of the finding.
-  [[nodiscard]] static Finding run(const std::vector<Edge>& edges, GridPoint& at) {
+  [[nodiscard]] static Finding run(const std::vector<Edge>& edges, GridPoint& at, Poll& listen) {
     struct Event {
       GridPoint p;
       std::size_t edge;
@@ -68,7 +70,7 @@ public:
       events.push_back({edges[e].a, e, true});
       events.push_back({edges[e].b, e, false});
     }
-    std::sort(events.begin(), events.end(), [](const Event& e, const Event& f) {
+    sort_listening(events.begin(), events.end(), listen, [](const Event& e, const Event& f) {
       if (e.p != f.p) return e.p < f.p;
       return e.start != f.start ? !e.start : e.edge < f.edge;
     });
@@ -78,6 +80,7 @@ public:
     std::vector<typename Line::iterator> place(edges.size());
     const auto meet = [&](typename Line::iterator i, typename Line::iterator j) { return touch(edges[*i], edges[*j]); };
     for (std::size_t i = 0; i < events.size();) {
+      listen(4);
       at = events[i].p;
       std::size_t j = i;
       for (; j < events.size() && events[j].p == at; ++j) {
@@ -128,18 +131,18 @@ private:
 
 class PlcVerifier {
 public:
-  explicit PlcVerifier(const Plc& plc, std::size_t named)
-      : plc_(plc), horizontal_(named), walls_(named), closed_(named), overlap_(named), volume_(named), orphans_(named) {
-  }
+  PlcVerifier(const Plc& plc, std::size_t named, const std::function<void()>& poll)
+      : plc_(plc), poll_(poll), listen_(poll_, kPollEvery), horizontal_(named), walls_(named), closed_(named),
+        overlap_(named), volume_(named), orphans_(named) {}
 
   [[nodiscard]] PlcReport run() {
     PlcReport report;
     CheckNotes complex(3);
-    check_complex(plc_, complex);
+    check_complex(plc_, complex, poll_);
     report.checks.push_back(complex.check("complex", "indices, labels and sides are sound", "defects"));
     if (complex.count() > 0) return report;
     check_horizontal();
-    const SlabFacets facets = facets_by_slab(plc_);
+    const SlabFacets facets = facets_by_slab(plc_, poll_);
     for (std::size_t s = 0; s < plc_.slabs.size(); ++s)
       check_slab(static_cast<std::int32_t>(s), facets.facets.data() + facets.start[s],
                  facets.facets.data() + facets.start[s + 1]);
@@ -165,6 +168,7 @@ private:
 
   void check_horizontal() {
     for (std::size_t f = 0; f < plc_.facets.size(); ++f) {
+      listen_();
       const Facet& facet = plc_.facets[f];
       if (is_wall(facet)) continue;
       const auto offend = [&](const char* what) {
@@ -192,7 +196,7 @@ private:
   };
   /// Sums windings per cell and edge; offends where they do not cancel out.
   void check_closed(std::vector<Half>& halves, const std::string& where) {
-    std::sort(halves.begin(), halves.end(), [](const Half& e, const Half& f) {
+    sort_listening(halves.begin(), halves.end(), listen_, [](const Half& e, const Half& f) {
       if (e.low != f.low) return e.low < f.low;
       return e.high != f.high ? e.high < f.high : e.cell < f.cell;
     });
@@ -233,6 +237,7 @@ private:
     const std::int32_t low = plc_.slab_planes[s][0], high = plc_.slab_planes[s][1];
     bool between = true;
     for (const std::int32_t* f = begin; f != end; ++f) {
+      listen_();
       const Facet& facet = plc_.facets[static_cast<std::size_t>(*f)];
       if (!is_wall(facet)) continue;
       bool has_low = false, has_high = false, others = false;
@@ -246,10 +251,9 @@ private:
         walls_.offend([&] { return "facet " + std::to_string(*f) + " does not stand between the planes of " + where; });
       }
     }
-    const std::function<void()> nobody;
-    Poll listen(nobody, 1);
-    const SlabWalls walls(plc_, begin, end, listen);
+    const SlabWalls walls(plc_, begin, end, listen_);
     for (const SlabWalls::Wall& wall : walls.walls()) {
+      listen_();
       ++wall_count_;
       const double length = distance(wall.a, wall.b);
       if (length > 0) bend_ = std::max(bend_, double(wall.bend) / length * plc_.grid.pitch);
@@ -274,6 +278,7 @@ private:
     std::vector<Half> halves;
     for (const std::int32_t* f = begin; f != end; ++f) {
       const Facet& facet = plc_.facets[static_cast<std::size_t>(*f)];
+      listen_();
       if (facet.back.slab == slab) add_halves(facet, facet.back.region, false, halves);
       if (facet.front.slab == slab) add_halves(facet, facet.front.region, true, halves);
     }
@@ -292,6 +297,7 @@ private:
     std::vector<Int128> volume(plc_.regions.size(), 0);
     for (const std::int32_t* f = begin; f != end; ++f) {
       const Facet& facet = plc_.facets[static_cast<std::size_t>(*f)];
+      listen_();
       Int128 term = 0;
       for (std::size_t k = 0; k < 3; ++k) {
         if (plane(facet.vertices[k]) != high) continue;
@@ -358,6 +364,7 @@ private:
     std::vector<std::vector<std::int32_t>> by_plane(plc_.planes.size());
     for (std::size_t f = 0; f < plc_.facets.size(); ++f) {
       const Facet& facet = plc_.facets[f];
+      listen_();
       if (is_wall(facet)) continue;
       by_plane[static_cast<std::size_t>(plane(facet.vertices[0]))].push_back(static_cast<std::int32_t>(f));
     }
@@ -368,9 +375,10 @@ private:
       edges.clear();
       for (const std::int32_t f : by_plane[k]) {
         const Facet& facet = plc_.facets[static_cast<std::size_t>(f)];
+        listen_();
         add_halves(facet, kNone, facet.label == FacetLabel::Down, halves);
       }
-      std::sort(halves.begin(), halves.end(), [](const Half& e, const Half& f) {
+      sort_listening(halves.begin(), halves.end(), listen_, [](const Half& e, const Half& f) {
         if (e.low != f.low) return e.low < f.low;
         return e.high != f.high ? e.high < f.high : e.winding < f.winding;
       });
@@ -391,7 +399,7 @@ private:
         i = j;
       }
       GridPoint at;
-      const CoverSweep::Finding finding = CoverSweep::run(edges, at);
+      const CoverSweep::Finding finding = CoverSweep::run(edges, at, listen_);
       if (finding != CoverSweep::Finding::Once)
         overlap_.offend([&] {
           return "plane " + std::to_string(k) + ": " +
@@ -435,7 +443,11 @@ private:
       checks.push_back(orphans_.check("no_orphans", "every vertex is on a facet", "vertices without facet"));
   }
 
+  static constexpr std::size_t kPollEvery = 1 << 16;  // facets, edges and comparisons
+
   const Plc& plc_;
+  const std::function<void()>& poll_;
+  Poll listen_;
   CheckNotes horizontal_, walls_, closed_, overlap_, volume_, orphans_;
   CompensatedSum total_, expected_;
   double allowance_ = 0;  // mm^3
@@ -452,9 +464,10 @@ private:
 /// their sides alike; the boundary of every cell (region of a slab), or of the skin where that is all there is, is
 /// closed; the volume of every cell is area x height, up to the bends of its walls, and positive. Not looked at:
 /// whether walls that are bent by less than the distance of two contours touch between the planes. `max_offenders`: how
-/// many offenders of a check are named. Errors: none. Cost: O(n log n).
-[[nodiscard]] inline PlcReport verify_plc(const Plc& plc, std::size_t max_offenders = 3) {
-  return detail::PlcVerifier(plc, max_offenders).run();
+/// many offenders of a check are named. `poll` is called now and then. Errors: what it throws. Cost: O(n log n).
+[[nodiscard]] inline PlcReport verify_plc(const Plc& plc, std::size_t max_offenders = 3,
+                                          const std::function<void()>& poll = {}) {
+  return detail::PlcVerifier(plc, max_offenders, poll).run();
 }
 
 }  // namespace slice2mesh
