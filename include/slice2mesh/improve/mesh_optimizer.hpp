@@ -48,6 +48,12 @@ public:
     find_sliding();
     to_listener_();
     gone_.assign(vertices, kNone);
+    // Columns of long elements are worse than kBad, and nothing helps them. Where there is not enough work for all,
+    // they would use it up before what can be helped has its turn.
+    if (options.most_work < kFullWork * double(graph_.size())) {
+      bad_ = std::max(kBad, kWorseThanColumn * kColumnRatio * stack.size / contours.thickness);
+      very_bad_ = kVeryBad / kBad * bad_;
+    }
     tried_smooth_.assign(vertices, 0);
     tried_pairs_.assign(vertices, 0);
     if (slices != nullptr) {
@@ -62,26 +68,26 @@ public:
   /// All rounds: first for what is bad, then for the rest.
   void run() {
     std::int32_t round = 0;
-    for (const double floor : {kBad, options_.target}) {
-      floor_ = std::max(floor, options_.target);
-      const std::int32_t first = round, last = floor == kBad ? (options_.rounds + 1) / 2 : options_.rounds;
+    for (const bool polishing : {false, true}) {
+      floor_ = polishing ? options_.target : std::max(bad_, options_.target);
+      const std::int32_t first = round, last = polishing ? options_.rounds : (options_.rounds + 1) / 2;
       std::size_t most = 0;
       for (; round < last && !exhausted(); ++round) {
         share_ = double(round) / double(options_.rounds);
         report(progress_, Stage::Improve, share_);
         // Free vertices have their turn before contours. When all is polished, contours soon rest where nothing is bad.
         const bool contours = columns_ && round >= kFirstColumnRound;
-        const double column_floor = round < first + kColumnRounds ? floor_ : std::max(floor_, kBad);
+        const double column_floor = round < first + kColumnRounds ? floor_ : std::max(floor_, bad_);
         // What is flat has to be flipped before its vertices can do anything; later, smoothing gains most for its work.
         std::size_t done = 0;  // one after the other: the operands of a sum have no order
-        if (floor == kBad) done += flip_round();
+        if (!polishing) done += flip_round();
         done += smooth_round();
-        if (floor != kBad) done += flip_round();
+        if (polishing) done += flip_round();
         if (contours) done += column_round(column_floor);
         done += collapse_round();
         most = std::max(most, done);
         if (columns_ && round < kFirstColumnRound) continue;
-        if (double(done) < (floor == kBad ? kLittle : kPolished) * double(most) || done == 0) break;
+        if (double(done) < (polishing ? kPolished : kLittle) * double(most) || done == 0) break;
       }
     }
     share_ = 1;
@@ -110,7 +116,7 @@ private:
   }
 
   /// What is worse comes first, but by classes only: within a class neighbors in memory stay together.
-  [[nodiscard]] static int rank(double badness) { return badness > kVeryBad ? 0 : (badness > kBad ? 1 : 2); }
+  [[nodiscard]] int rank(double badness) const { return badness > very_bad_ ? 0 : (badness > bad_ ? 1 : 2); }
   /// Tets above `least` that something has changed at since they were tried in vain, the worst class first.
   template <class Try>
   std::size_t for_bad(double least, std::uint32_t TetGraph::Element::*tried, Try&& attempt) {
@@ -245,7 +251,7 @@ private:
   }
   std::size_t smooth_round() {
     // Movable vertices of bad tets; when these had their turn, of almost all: that gains most for its time.
-    const double floor = floor_ < kBad ? kSmoothed : floor_;
+    const double floor = floor_ < bad_ ? kSmoothed : floor_;
     std::vector<std::uint8_t> worst(kind_.size(), 3);
     for (std::int32_t t = 0; t < std::int32_t(graph_.size()); ++t)
       if (graph_.badness(t) > floor && graph_.alive(t))
@@ -347,9 +353,9 @@ private:
             double& w = worst[std::size_t(columns_->of(v))];
             w = std::max(w, graph_.badness(t));
           }
-    const auto keep = [](double badness) {
+    const auto keep = [this](double badness) {
       using Keep = ContourColumns::Keep;
-      return badness > kVeryBad ? Keep::Nearness : badness > kBad ? Keep::Walls : Keep::Areas;
+      return badness > very_bad_ ? Keep::Nearness : badness > bad_ ? Keep::Walls : Keep::Areas;
     };
     std::array<std::vector<std::int32_t>, 3> order;
     for (std::size_t i = 0; i < worst.size(); ++i) {
@@ -523,6 +529,9 @@ private:
   static constexpr double kVeryBad = 8;                ///< R/3r
   static constexpr double kBad = 3;                    ///< R/3r; what is above is worked on first
   static constexpr double kSmoothed = 1.4;  ///< R/3r; all above is smoothed at last: a little more than that of columns
+  static constexpr double kFullWork = 10;   ///< ratings per tet: all have their turn
+  static constexpr double kColumnRatio = 0.39;     ///< R/3r of a column over its length in thicknesses, for long ones
+  static constexpr double kWorseThanColumn = 1.5;  ///< times that: what may be helped
   static constexpr std::int32_t kFirstColumnRound = 2;  ///< from 0; flips and free vertices have their turn before
   static constexpr std::int32_t kColumnRounds = 2;      ///< of those for all tets in which all contours move
   static constexpr double kLittle = 0.4;        ///< of the operations of the best round: what is bad has had its turn
@@ -546,7 +555,8 @@ private:
   std::unordered_map<std::int32_t, Neighbors> slide_;
   std::vector<std::int32_t> gone_;  // #V, the vertex it went into
   std::unique_ptr<ContourColumns> columns_;
-  double floor_ = kBad;
+  double bad_ = kBad, very_bad_ = kVeryBad;  // R/3r
+  double floor_ = kBad;                      // R/3r, of what is worked on
   std::int64_t next_poll_ = 0;
   std::vector<std::uint32_t> tried_smooth_, tried_pairs_, tried_column_;  // stamps
   StarCost star_;                                                         // of the vertex in question

@@ -63,6 +63,7 @@ inline constexpr double kShortestShare = 0.05;
 struct PlaneStack {
   std::vector<PlaneMesh> meshes;                         ///< #P, one per plane
   std::vector<std::array<std::int32_t, 2>> slab_planes;  ///< #S by 2: indices of the bottom and the top plane
+  double size = 0;  ///< mm, edge length in the interior that they were made for; 0: not known
 };
 
 /// Conforming, graded triangulations of all planes. Each is a pure function of the contours of at most four slabs.
@@ -73,6 +74,7 @@ struct PlaneStack {
                                                    const Budget& budget = {}, const Progress& progress = {}) {
   const double pitch = contours.grid.pitch;
   PlaneStack stack;
+  stack.size = sizes.size;
   const auto planes = plane_slabs(contours.slabs, stack.slab_planes);
   std::int64_t vertices = 0;
   for (std::size_t k = 0; k < planes.size(); ++k) {
