@@ -137,6 +137,23 @@ TEST_CASE("slices that differ by less than eps get the contour below, wider diff
   CHECK(double(detail::doubled_area(far.contours.outlines[1], kNone)) * unit == Approx(12).epsilon(0.01));
 }
 
+TEST_CASE("a needle or a gap that is longer than that of the slice below keeps its length") {
+  // Narrower than both of its sides may be led through the end of the one below: it would vanish from there on.
+  for (const bool gap : {false, true})
+    for (const double width : {0.02, 0.03, 0.05}) {
+      INFO((gap ? "gap" : "needle") << " of " << width << " mm");
+      const auto with_depth = [&](double depth) {
+        const double y = gap ? 3 - depth : 3 + depth;
+        Polyline line;
+        line.points = {{0, 0}, {4, 0}, {4, 3}, {2 + width, 3}, {2 + width / 3, y}, {2, 3}, {0, 3}};
+        return std::vector<Polyline>{line};
+      };
+      const Harmonized h = harmonize_stack(stack_of({with_depth(0.15), with_depth(0.5), with_depth(0.2)}), 0.1);
+      check_all(h, true);
+      for (const Diagnostic& d : h.diagnostics.entries()) CHECK(d.code != "harmonized_again");
+    }
+}
+
 TEST_CASE("deviations do not add up over the layers") {
   // A wall that leans by less than eps per layer: every contour has to follow all the same.
   std::vector<std::vector<Polyline>> slices;
@@ -354,8 +371,8 @@ TEST_CASE("adopting ways never makes neighbors differ by more area in all, makes
   const auto difference = [](const Contours& contours) {
     double sum = 0;
     for (std::size_t s = 1; s < contours.outlines.size(); ++s) {
-      const detail::OutlineOverlay overlay(contours.outlines[s], contours.outlines[s - 1],
-                                           std::int32_t(contours.regions.size()), 0, {});
+      const detail::OutlineOverlay overlay(contours.outlines[s], detail::SegmentIndex(contours.outlines[s]),
+                                           contours.outlines[s - 1], std::int32_t(contours.regions.size()), 0, {});
       for (std::size_t e = 0; e < overlay.arrangement.edges.size(); ++e) {
         const auto& [left, right] = overlay.faces.of_edge[e];
         const GridPoint &a = overlay.arrangement.vertices[std::size_t(overlay.arrangement.edges[e].a)],

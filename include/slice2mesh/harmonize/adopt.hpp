@@ -34,9 +34,9 @@ inline constexpr int kAdoptPoints = 4;
 [[nodiscard]] inline Outline adopt_ways(const Outline& own, const Outline& other, const SegmentIndex& other_index,
                                         SliceNearness& slice, std::int32_t regions, double reach, double longest,
                                         const std::function<void()>& poll = {}) {
-  const OutlineOverlay overlay(own, other, regions, kAdoptAttach * reach, poll);
-  const Arrangement& arrangement = overlay.arrangement;
   Poll listen(poll, 1 << 14);  // items looked at
+  const OutlineOverlay overlay(own, SegmentIndex(own, &listen), other, regions, kAdoptAttach * reach, poll);
+  const Arrangement& arrangement = overlay.arrangement;
   const NearnessLimits limits{reach, reach, kAdoptResolution};
   const auto reaches = [&](const GridPoint& p) {
     const SegmentIndex& index = slice.index();

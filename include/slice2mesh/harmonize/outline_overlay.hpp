@@ -105,10 +105,12 @@ inline std::vector<OutlinePiece> join_pieces(const std::vector<OutlinePiece>& pi
 /// joined to pockets over their common edges.
 struct OutlineOverlay {
   /// `regions`: how many there are. The own outline is led through vertices of the other one that are within `attach`
-  /// (pitches) of it, if no edge of the other one is equal. `poll` is called now and then.
-  OutlineOverlay(const Outline& own, const Outline& other, std::int32_t regions, double attach,
-                 const std::function<void()>& poll)
-      : arrangement(snap_round(segments_of(own, other, regions), attachment_of(other, regions, attach), poll)),
+  /// (pitches) of it, if no edge of the other one is equal, but not from two sides: a needle or a gap of its own would
+  /// vanish from there on. `own_index` is that of `own`. `poll` is called now and then.
+  OutlineOverlay(const Outline& own, const SegmentIndex& own_index, const Outline& other, std::int32_t regions,
+                 double attach, const std::function<void()>& poll)
+      : arrangement(snap_round(segments_of(own, other, regions),
+                               attachment_of(own, own_index, other, regions, attach, poll), poll)),
         faces(find_faces(arrangement, poll)), own_label(faces.windings.size(), kNone),
         other_label(faces.windings.size(), kNone), parent(arrangement.edges.size(), kNone) {
     Poll listen(poll, 1 << 14);  // items looked at
@@ -142,13 +144,43 @@ private:
     append_segments(other, regions, segments);
     return segments;
   }
-  [[nodiscard]] static Attachment attachment_of(const Outline& other, std::int32_t regions, double attach) {
+  [[nodiscard]] static Attachment attachment_of(const Outline& own, const SegmentIndex& own_index, const Outline& other,
+                                                std::int32_t regions, double attach,
+                                                const std::function<void()>& poll) {
     Attachment attachment;
     attachment.near = kAttachSteps * double(kContourStep);
-    attachment.strong = other.vertices;
+    Poll listen(poll, 1 << 14);
+    std::vector<std::size_t> beside;
+    for (const GridPoint& p : other.vertices)
+      if (!is_between(own, own_index, p, attach, beside, listen)) attachment.strong.push_back(p);
     attachment.strong_near = attach;
     attachment.strong_tags = regions;
     return attachment;
+  }
+  /// Is a point within `attach` of two edges that do not meet beside it? `beside` is working space.
+  [[nodiscard]] static bool is_between(const Outline& own, const SegmentIndex& index, const GridPoint& p, double attach,
+                                       std::vector<std::size_t>& beside, Poll& listen) {
+    constexpr double kBesideCorner =
+        2.5;  // times the distance: two edges at a corner, which go on together for so long
+    beside.clear();
+    index.for_each_near(p, p, std::int64_t(std::ceil(attach)), [&](std::size_t e) {
+      listen();
+      if (std::find(beside.begin(), beside.end(), e) == beside.end() && index.distance_to(e, p) <= attach)
+        beside.push_back(e);
+    });
+    for (std::size_t i = 0; i < beside.size(); ++i)
+      for (std::size_t k = i + 1; k < beside.size(); ++k) {
+        listen();
+        const Outline::Edge &e = own.edges[beside[i]], &f = own.edges[beside[k]];
+        const bool at_corner = [&] {
+          for (const std::int32_t v : {e.a, e.b})
+            if ((v == f.a || v == f.b) && distance(own.vertices[std::size_t(v)], p) <= kBesideCorner * attach)
+              return true;
+          return false;
+        }();
+        if (!at_corner) return true;
+      }
+    return false;
   }
   void find_labels(std::int32_t regions, Poll& listen) {
     for (std::size_t f = 0; f < faces.windings.size(); ++f) {

@@ -186,11 +186,12 @@ enum class BandSplits : std::uint8_t {
 [[nodiscard]] inline Outline open_difference(const Outline& own, const Outline& below, const SegmentIndex& below_index,
                                              std::int32_t regions, double width, const SimplifyLimits& limits,
                                              BandSplits bands, const std::function<void()>& poll = {}) {
-  const OutlineOverlay overlay(own, below, regions, kAttachShare * width, poll);
+  Poll listen(poll, 1 << 14);  // items looked at
+  const SegmentIndex own_index(own, &listen);
+  const OutlineOverlay overlay(own, own_index, below, regions, kAttachShare * width, poll);
   const Arrangement& arrangement = overlay.arrangement;
   const ArrangementFaces& faces = overlay.faces;
   const std::vector<std::int32_t>&own_label = overlay.own_label, &below_label = overlay.other_label;
-  Poll listen(poll, 1 << 14);  // items looked at
   // A pocket is thin if none of its vertices is far from the other outline.
   const auto differs = [&](std::int32_t f) { return overlay.differs(f); };
   const auto is_own_edge = [&](std::size_t e) { return overlay.is_own_edge(e); };
@@ -204,7 +205,6 @@ enum class BandSplits : std::uint8_t {
       if (is_below_edge(e)) on_below[std::size_t(v)] = 1;
     }
   }
-  const SegmentIndex own_index(own, &listen);
   // Is a vertex of the arrangement at least the width away from one of the two outlines? Asked once for each.
   std::vector<char> known_far(arrangement.vertices.size(), 0);
   const auto vertex_is_far = [&](std::int32_t v, bool from_below) {
