@@ -137,21 +137,30 @@ TEST_CASE("slices that differ by less than eps get the contour below, wider diff
   CHECK(double(detail::doubled_area(far.contours.outlines[1], kNone)) * unit == Approx(12).epsilon(0.01));
 }
 
-TEST_CASE("a needle or a gap that is longer than that of the slice below keeps its length") {
-  // Narrower than both of its sides may be led through the end of the one below: it would vanish from there on.
-  for (const bool gap : {false, true})
-    for (const double width : {0.02, 0.03, 0.05}) {
-      INFO((gap ? "gap" : "needle") << " of " << width << " mm");
-      const auto with_depth = [&](double depth) {
-        const double y = gap ? 3 - depth : 3 + depth;
-        Polyline line;
-        line.points = {{0, 0}, {4, 0}, {4, 3}, {2 + width, 3}, {2 + width / 3, y}, {2, 3}, {0, 3}};
-        return std::vector<Polyline>{line};
-      };
-      const Harmonized h = harmonize_stack(stack_of({with_depth(0.15), with_depth(0.5), with_depth(0.2)}), 0.1);
-      check_all(h, true);
-      for (const Diagnostic& d : h.diagnostics.entries()) CHECK(d.code != "harmonized_again");
-    }
+TEST_CASE("needles and gaps that are longer than those of the slice below keep their length") {
+  // Both sides of such a one are near to the end of the one below, and its base is short: led through that end, or
+  // merged, it would vanish from there on, and the slice be harmonized again with less and less of eps.
+  const std::uint32_t seed = 20261128;
+  CAPTURE(seed);
+  std::mt19937 random(seed);
+  const auto real = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+  int again = 0;
+  constexpr int kTries = 100;
+  for (int i = 0; i < kTries; ++i) {
+    const bool gap = i % 2 != 0;
+    const double width = real(0.005, 0.055), depth = real(0.1, 0.4), slant = real(-0.15, 0.15);
+    INFO("try " << i << ": " << (gap ? "gap" : "needle") << " of " << width << " mm");
+    const auto slice = [&](double d, double w) {
+      Polyline line;
+      line.points = {{0, 0}, {4, 0}, {4, 3}, {2 + w, 3}, {2 + w / 3 + slant * d, gap ? 3 - d : 3 + d}, {2, 3}, {0, 3}};
+      return std::vector<Polyline>{line};
+    };
+    const double share = real(0.3, 1.3), more = real(0.1, 0.5);
+    const Harmonized h = harmonize_stack(stack_of({slice(depth, width * share), slice(depth + more, width)}), 0.1);
+    check_all(h, true);
+    for (const Diagnostic& d : h.diagnostics.entries()) again += d.code == "harmonized_again" ? int(d.count) : 0;
+  }
+  CHECK(again <= kTries / 20);  // without the rules against it: more than one per try
 }
 
 TEST_CASE("deviations do not add up over the layers") {

@@ -23,7 +23,8 @@ namespace slice2mesh::detail {
 enum class Bond : std::uint8_t { Free, OnEdge, OnVertex };
 
 /// Collapses edges shorter than `limit` (pitches): a free vertex into its neighbor, a vertex on an edge of the outline
-/// below along that edge. `old_edge[e]`: edge e is a part of the outline below. Only where nothing lies in the way.
+/// below along that edge. `old_edge[e]`: edge e is a part of the outline below. Only where nothing lies in the way, and
+/// no needle that is longer than `limit` vanishes with its base.
 inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, const std::vector<char>& old_edge,
                               double limit, const std::function<void()>& poll = {}) {
   const std::size_t count = outline.vertices.size();
@@ -64,6 +65,25 @@ inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, c
     list.erase(std::find(list.begin(), list.end(), e));
     if (list.empty()) gone[std::size_t(v)] = 1;
   };
+  const auto twin_of = [&](std::int32_t w, std::int32_t x) {
+    std::int32_t twin = kNone;
+    for (const std::int32_t g : edges_at[std::size_t(w)])
+      if (other_end(g, w) == x) twin = g;
+    return twin;
+  };
+  // The regions on the left and on the right of the edge w x, its twin, when the edge f from v to x lies on it.
+  const auto sides_of_both = [&](std::int32_t f, std::int32_t twin, std::int32_t v, std::int32_t w, std::int32_t x) {
+    const Outline::Edge &edge = outline.edges[std::size_t(f)], &stays = outline.edges[std::size_t(twin)];
+    std::pair<std::int32_t, std::int32_t> sides{stays.left, stays.right};
+    if (stays.a != w) std::swap(sides.first, sides.second);
+    // Seen from w to x: with a left turn w, v, x the way over v lies on the right of the edge w x.
+    if (orientation(outline.vertices[std::size_t(w)], outline.vertices[std::size_t(v)],
+                    outline.vertices[std::size_t(x)]) > 0)
+      sides.second = edge.a == v ? edge.right : edge.left;
+    else
+      sides.first = edge.a == v ? edge.left : edge.right;
+    return sides;
+  };
   for (const std::int32_t e : order) {
     listen(16);
     if (!alive[std::size_t(e)] || length_of(e) >= limit) continue;
@@ -82,6 +102,10 @@ inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, c
         listen();
         return gone[std::size_t(y)] != 0;
       });
+      const std::int32_t twin = possible && length_of(f) >= limit ? twin_of(w, x) : kNone;
+      if (twin == kNone) continue;
+      const auto [left, right] = sides_of_both(f, twin, v, w, x);
+      possible = left != right;
     }
     if (!possible) continue;
     drop(e, v);
@@ -93,9 +117,7 @@ inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, c
     for (const std::int32_t f : moved) {
       Outline::Edge& edge = outline.edges[std::size_t(f)];
       const std::int32_t x = other_end(f, v);
-      std::int32_t twin = kNone;
-      for (const std::int32_t g : edges_at[std::size_t(w)])
-        if (other_end(g, w) == x) twin = g;
+      const std::int32_t twin = twin_of(w, x);
       if (twin == kNone) {
         (edge.a == v ? edge.a : edge.b) = w;
         edges_at[std::size_t(w)].push_back(f);
@@ -103,16 +125,7 @@ inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, c
       }
       // Two edges come to lie on each other, and the region between them vanishes.
       Outline::Edge& stays = outline.edges[std::size_t(twin)];
-      const bool turn = orientation(outline.vertices[std::size_t(w)], outline.vertices[std::size_t(v)],
-                                    outline.vertices[std::size_t(x)]) > 0;
-      // Seen from w to x: with a left turn w, v, x the way over v lies on the right of the edge w x.
-      std::int32_t moved_left = edge.a == v ? edge.left : edge.right,
-                   moved_right = edge.a == v ? edge.right : edge.left;
-      std::int32_t left = stays.a == w ? stays.left : stays.right, right = stays.a == w ? stays.right : stays.left;
-      if (turn)
-        right = moved_right;
-      else
-        left = moved_left;
+      const auto [left, right] = sides_of_both(f, twin, v, w, x);
       alive[std::size_t(f)] = 0;
       drop(f, x);
       if (left == right) {

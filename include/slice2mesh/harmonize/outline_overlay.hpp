@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <numeric>
@@ -13,6 +15,7 @@
 
 #include "slice2mesh/arrange/faces.hpp"
 #include "slice2mesh/arrange/outline.hpp"
+#include "slice2mesh/arrange/segment_index.hpp"
 #include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/progress.hpp"
 
