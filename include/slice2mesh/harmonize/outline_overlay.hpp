@@ -160,7 +160,7 @@ private:
     attachment.strong_tags = regions;
     return attachment;
   }
-  /// Is a point within `attach` of two edges that do not meet beside it? `beside` is working space.
+  /// Is a point within `attach` of two edges that are not connected beside it? `beside` is working space.
   [[nodiscard]] static bool is_between(const Outline& own, const SegmentIndex& index, const GridPoint& p, double attach,
                                        std::vector<std::size_t>& beside, Poll& listen) {
     constexpr double kBesideCorner =
@@ -168,21 +168,22 @@ private:
     beside.clear();
     index.for_each_near(p, p, std::int64_t(std::ceil(attach)), [&](std::size_t e) {
       listen();
-      if (std::find(beside.begin(), beside.end(), e) == beside.end() && index.distance_to(e, p) <= attach)
-        beside.push_back(e);
+      if (index.distance_to(e, p) <= attach) beside.push_back(e);
     });
+    std::sort(beside.begin(), beside.end());
+    beside.erase(std::unique(beside.begin(), beside.end()), beside.end());
+    if (beside.size() < 2) return false;
+    listen(4 * beside.size());
+    std::vector<std::pair<std::int32_t, std::int32_t>> ends;  // vertex beside the point, which of the edges
     for (std::size_t i = 0; i < beside.size(); ++i)
-      for (std::size_t k = i + 1; k < beside.size(); ++k) {
-        listen();
-        const Outline::Edge &e = own.edges[beside[i]], &f = own.edges[beside[k]];
-        const bool at_corner = [&] {
-          for (const std::int32_t v : {e.a, e.b})
-            if ((v == f.a || v == f.b) && distance(own.vertices[std::size_t(v)], p) <= kBesideCorner * attach)
-              return true;
-          return false;
-        }();
-        if (!at_corner) return true;
-      }
+      for (const std::int32_t v : {own.edges[beside[i]].a, own.edges[beside[i]].b})
+        if (distance(own.vertices[std::size_t(v)], p) <= kBesideCorner * attach) ends.emplace_back(v, std::int32_t(i));
+    std::sort(ends.begin(), ends.end());
+    DisjointSets sets(beside.size());
+    for (std::size_t i = 1; i < ends.size(); ++i)
+      if (ends[i].first == ends[i - 1].first) sets.unite(ends[i].second, ends[i - 1].second);
+    for (std::size_t i = 1; i < beside.size(); ++i)
+      if (sets.find(std::int32_t(i)) != sets.find(0)) return true;
     return false;
   }
   void find_labels(std::int32_t regions, Poll& listen) {
