@@ -3,6 +3,7 @@
 
 #include <clocale>
 #include <fstream>
+#include <functional>
 #include <limits>
 #include <random>
 #include <sstream>
@@ -271,7 +272,9 @@ TEST_CASE("Nesting of random concentric polygons is their depth", "[cli]") {
     std::vector<const std::vector<Point2>*> pointers;
     pointers.reserve(order.size());
     for (const std::size_t i : order) pointers.push_back(&loops[i]);
-    const auto inside = detail::nesting_parity(pointers);
+    const std::function<void()> nobody;
+    detail::Poll listen(nobody, 1);
+    const auto inside = detail::nesting_parity(pointers, listen);
     for (std::size_t k = 0; k < order.size(); ++k) CHECK(inside[k] == ((loops.size() - 1 - order[k]) % 2 == 1));
   }
 }

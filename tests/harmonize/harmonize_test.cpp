@@ -163,6 +163,48 @@ TEST_CASE("needles and gaps that are longer than those of the slice below keep t
   CHECK(again <= kTries / 20);  // without the rules against it: more than one per try
 }
 
+TEST_CASE("merging short edges takes away what is small as a whole, and nothing longer, and lets nothing cross") {
+  using detail::Bond;
+  const auto merged = [](Outline outline) {
+    const std::vector<Bond> bond(outline.vertices.size(), Bond::Free);
+    detail::merge_short_edges(outline, bond, std::vector<char>(outline.edges.size(), 0), 1000);
+    return outline;
+  };
+  const auto triangle = [](const GridPoint& a, const GridPoint& b, const GridPoint& c) {
+    Outline outline;
+    outline.vertices = {a, b, c};
+    outline.edges = {{0, 1, 0, kNone}, {1, 2, 0, kNone}, {2, 0, 0, kNone}};
+    return outline;
+  };
+  CHECK(merged(triangle({0, 0}, {900, 5}, {450, 600})).edges.empty());
+  CHECK(merged(triangle({0, 0}, {100, 0}, {50, 5000})).edges.size() == 3);
+  CHECK(merged(triangle({0, 0}, {950, 5}, {1900, 0})).edges.size() == 3);
+  CHECK(merged(triangle({0, 0}, {0, 400}, {950, 0})).edges.size() == 3);  // one side is longer
+  // A small triangle that goes, at a vertex of a large one: the vertex that is left stands in the way of what is
+  // beside.
+  Outline outline;
+  outline.vertices = {{0, 0},     {10, 0},    {5, 9},    {3000, -1000}, {3000, 1000},
+                      {20, 2000}, {-60, -20}, {20, -20}, {20, -3000},   {-3000, -3000}};
+  outline.edges = {{1, 2, 0, kNone}, {1, 0, kNone, 0}, {2, 0, 0, kNone}, {1, 3, 0, kNone},
+                   {3, 4, 0, kNone}, {4, 1, 0, kNone}, {6, 5, 0, kNone}, {5, 9, 0, kNone},
+                   {9, 8, 0, kNone}, {8, 7, 0, kNone}, {6, 7, kNone, 0}};
+  const auto crossings = [](const Outline& o) {
+    int count = 0;
+    for (const Outline::Edge& e : o.edges)
+      for (const Outline::Edge& f : o.edges)
+        if (e.a != f.a && e.a != f.b && e.b != f.a && e.b != f.b)
+          count += detail::segments_meet(o.vertices[std::size_t(e.a)], o.vertices[std::size_t(e.b)],
+                                         o.vertices[std::size_t(f.a)], o.vertices[std::size_t(f.b)])
+                       ? 1
+                       : 0;
+    return count;
+  };
+  REQUIRE(crossings(outline) == 0);
+  const Outline result = merged(outline);
+  CHECK(result.edges.size() < outline.edges.size());
+  CHECK(crossings(result) == 0);
+}
+
 TEST_CASE("deviations do not add up over the layers") {
   // A wall that leans by less than eps per layer: every contour has to follow all the same.
   std::vector<std::vector<Polyline>> slices;

@@ -217,12 +217,21 @@ TEST_CASE("reading a slice file, writing one and checking a complex can be cance
       write_cli(out, stack, write);
       bytes = out.str();
     });
-    const std::string path = "cancelled.cli";
+    const std::filesystem::path folder = std::filesystem::current_path() / "cancelled_writing";
+    std::filesystem::remove_all(folder);
+    std::filesystem::create_directory(folder);
+    const std::string path = (folder / "part.cli").string();
     write.poll = [n = 0]() mutable {
       if (++n == 6) throw Stop("enough");
     };
     CHECK_THROWS_AS(write_cli(path, stack, write), Stop);
-    CHECK_FALSE(std::filesystem::exists(path));
+    CHECK(std::filesystem::is_empty(folder));
+    write.poll = [n = 0]() mutable {
+      if (++n == 6) throw FileError(Stage::Write, "elsewhere", "is full");  // not of this file
+    };
+    CHECK_THROWS_AS(write_cli(path, stack, write), FileError);
+    CHECK(std::filesystem::is_empty(folder));
+    std::filesystem::remove_all(folder);
     CliReadOptions read = CliReadOptions::as_written();
     const auto of_memory = [&](const std::function<void()>& poll) {
       read.poll = poll;

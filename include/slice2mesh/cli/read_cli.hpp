@@ -27,6 +27,7 @@
 #include "slice2mesh/cli/cli_limits.hpp"
 #include "slice2mesh/core/diagnostics.hpp"
 #include "slice2mesh/core/error.hpp"
+#include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/core/slice_stack.hpp"
 
@@ -141,8 +142,9 @@ inline void reverse_loop(std::vector<Point2>& points) {
 
 /// For each loop of one part in one layer: is it inside an odd number of the others? A loop's lowest (then leftmost)
 /// vertex decides, by the parity of the edges crossed on the way to the left; no edge of the loop itself is among
-/// them. Returns no value for loops that the work limit left undecided.
-inline std::vector<std::optional<bool>> nesting_parity(const std::vector<const std::vector<Point2>*>& loops) {
+/// them. Returns no value for loops that the work limit left undecided. `listen` is told what is looked at.
+inline std::vector<std::optional<bool>> nesting_parity(const std::vector<const std::vector<Point2>*>& loops,
+                                                       Poll& listen) {
   struct Edge {
     double y_low, y_high, x_low, x_high;  // x_low belongs to y_low
   };
@@ -156,6 +158,7 @@ inline std::vector<std::optional<bool>> nesting_parity(const std::vector<const s
   for (std::size_t l = 0; l < loops.size(); ++l) {
     const std::vector<Point2>& points = *loops[l];
     if (points.empty()) continue;
+    listen(points.size());
     Point2 lowest = points.front();
     for (std::size_t i = 0; i < points.size(); ++i) {
       const Point2& a = points[i];
@@ -166,8 +169,9 @@ inline std::vector<std::optional<bool>> nesting_parity(const std::vector<const s
     }
     queries.push_back({lowest, l});
   }
-  std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) { return a.y_low < b.y_low; });
-  std::sort(queries.begin(), queries.end(), [](const Query& a, const Query& b) { return a.point.y < b.point.y; });
+  sort_listening(edges.begin(), edges.end(), listen, [](const Edge& a, const Edge& b) { return a.y_low < b.y_low; });
+  sort_listening(queries.begin(), queries.end(), listen,
+                 [](const Query& a, const Query& b) { return a.point.y < b.point.y; });
   std::uint64_t work = kCliNestingWork + kCliNestingWorkPerPoint * edges.size();
   std::vector<std::size_t> active;
   std::size_t next = 0;
@@ -175,6 +179,7 @@ inline std::vector<std::optional<bool>> nesting_parity(const std::vector<const s
     while (next < edges.size() && edges[next].y_low <= query.point.y) active.push_back(next++);
     if (active.size() > work) break;
     work -= active.size();
+    listen(active.size() + 1);
     bool odd = false;
     for (std::size_t i = 0; i < active.size();) {
       const Edge& e = edges[active[i]];
@@ -201,6 +206,8 @@ public:
   CliParser(std::string_view bytes, const CliReadOptions& options, Diagnostics* diagnostics, std::string source)
       : bytes_(bytes), options_(options), diagnostics_(diagnostics), source_(std::move(source)),
         listen_(options_.poll, kPollEvery) {}
+  CliParser(const CliParser&) = delete;
+  CliParser& operator=(const CliParser&) = delete;
 
   SliceStack parse() {
     if (options_.unit != 0 && !(options_.unit >= kCliSmallestUnit && options_.unit <= kCliLargestUnit))
@@ -911,6 +918,8 @@ private:
   template <class Visit>
   void for_short_coordinates(const ShortBlock& block, Visit visit) {
     Layer& layer = stack_.layers[block.layer];
+    listen_(1 +
+            (block.hatches ? 2 * layer.hatches[block.index].lines.size() : layer.polylines[block.index].points.size()));
     if (block.hatches) {
       for (std::array<Point2, 2>& line : layer.hatches[block.index].lines)
         for (Point2& p : line) visit(p);
@@ -1182,7 +1191,7 @@ private:
       std::vector<const std::vector<Point2>*> loops;
       loops.reserve(indices.size());
       for (const std::size_t i : indices) loops.push_back(&lines[i].points);
-      const std::vector<std::optional<bool>> inside = nesting_parity(loops);
+      const std::vector<std::optional<bool>> inside = nesting_parity(loops, listen_);
       for (std::size_t k = 0; k < indices.size(); ++k) {
         Polyline& line = lines[indices[k]];
         if (!all && line.direction != kUndecided) continue;

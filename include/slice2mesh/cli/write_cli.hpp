@@ -30,8 +30,8 @@ struct CliWriteOptions {
   bool short_commands = false;  ///< binary: 16-bit commands for polylines, hatches and layers whose numbers fit
   bool align = false;           ///< binary: `$$ALIGN`, commands filled up to multiples of 32 bits
   bool exact = false;           ///< throw instead of writing a file that says less than the stack
-  /// Called now and then; what it throws ends the writing and goes on to the caller, and where a path was given no file
-  /// is left.
+  /// Called now and then; what it throws ends the writing and goes on to the caller, and where a path was given an
+  /// older file is as it was.
   std::function<void()> poll;
 };
 
@@ -506,6 +506,7 @@ inline CliWriteReport write_cli(const std::string& path, const SliceStack& stack
   try {
     report = write_cli(file.stream(), stack, options);
   } catch (const FileError&) {
+    if (file.stream()) throw;  // of the listener
     // The stream failed; committing finds the reason and names the file.
   }
   file.commit();

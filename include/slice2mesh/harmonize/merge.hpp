@@ -102,8 +102,8 @@ inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, c
         listen();
         return gone[std::size_t(y)] != 0;
       });
-      const std::int32_t twin = possible && length_of(f) >= limit ? twin_of(w, x) : kNone;
-      if (twin == kNone) continue;
+      const std::int32_t twin = possible ? twin_of(w, x) : kNone;
+      if (twin == kNone || std::max(length_of(f), length_of(twin)) < limit) continue;
       const auto [left, right] = sides_of_both(f, twin, v, w, x);
       possible = left != right;
     }
@@ -138,6 +138,7 @@ inline void merge_short_edges(Outline& outline, const std::vector<Bond>& bond, c
         is_old[std::size_t(twin)] = is_old[std::size_t(twin)] || is_old[std::size_t(f)];
       }
     }
+    gone[std::size_t(w)] = edges_at[std::size_t(w)].empty();  // it may have had none for a while
   }
   std::vector<Outline::Edge> edges;
   for (std::size_t e = 0; e < outline.edges.size(); ++e)

@@ -154,8 +154,10 @@ private:
     attachment.near = kAttachSteps * double(kContourStep);
     Poll listen(poll, 1 << 14);
     std::vector<std::size_t> beside;
-    for (const GridPoint& p : other.vertices)
+    for (const GridPoint& p : other.vertices) {
+      listen();
       if (!is_between(own, own_index, p, attach, beside, listen)) attachment.strong.push_back(p);
+    }
     attachment.strong_near = attach;
     attachment.strong_tags = regions;
     return attachment;
@@ -163,12 +165,12 @@ private:
   /// Is a point within `attach` of two edges that are not connected beside it? `beside` is working space.
   [[nodiscard]] static bool is_between(const Outline& own, const SegmentIndex& index, const GridPoint& p, double attach,
                                        std::vector<std::size_t>& beside, Poll& listen) {
-    constexpr double kBesideCorner =
-        2.5;  // times the distance: two edges at a corner, which go on together for so long
+    constexpr double kConnected = 2.5;  // times the distance: about the width of what is opened and merged
     beside.clear();
-    index.for_each_near(p, p, std::int64_t(std::ceil(attach)), [&](std::size_t e) {
+    const double around = kConnected * attach;
+    index.for_each_near(p, p, std::int64_t(std::ceil(around)), [&](std::size_t e) {
       listen();
-      if (index.distance_to(e, p) <= attach) beside.push_back(e);
+      if (index.distance_to(e, p) <= around) beside.push_back(e);
     });
     std::sort(beside.begin(), beside.end());
     beside.erase(std::unique(beside.begin(), beside.end()), beside.end());
@@ -177,13 +179,17 @@ private:
     std::vector<std::pair<std::int32_t, std::int32_t>> ends;  // vertex beside the point, which of the edges
     for (std::size_t i = 0; i < beside.size(); ++i)
       for (const std::int32_t v : {own.edges[beside[i]].a, own.edges[beside[i]].b})
-        if (distance(own.vertices[std::size_t(v)], p) <= kBesideCorner * attach) ends.emplace_back(v, std::int32_t(i));
+        if (distance(own.vertices[std::size_t(v)], p) <= around) ends.emplace_back(v, std::int32_t(i));
     std::sort(ends.begin(), ends.end());
     DisjointSets sets(beside.size());
     for (std::size_t i = 1; i < ends.size(); ++i)
       if (ends[i].first == ends[i - 1].first) sets.unite(ends[i].second, ends[i - 1].second);
-    for (std::size_t i = 1; i < beside.size(); ++i)
-      if (sets.find(std::int32_t(i)) != sets.find(0)) return true;
+    std::int32_t first = kNone;
+    for (std::size_t i = 0; i < beside.size(); ++i) {
+      if (index.distance_to(beside[i], p) > attach) continue;
+      if (first == kNone) first = std::int32_t(i);
+      if (sets.find(std::int32_t(i)) != sets.find(first)) return true;
+    }
     return false;
   }
   void find_labels(std::int32_t regions, Poll& listen) {

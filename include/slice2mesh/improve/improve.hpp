@@ -26,8 +26,8 @@ namespace slice2mesh {
 /// Precondition: `contours` were made from `regions`, `plc` is
 /// `build_plc(contours, stack.meshes, stack.slab_planes)`, and `mesh` fills it with its vertices, in their order, and
 /// no others. A mesh with other vertices stays as it is, and so does one of exact mode, which promises no quality.
-/// Returns whether it was worked on. Errors: OptionError, Cancelled. Cost: bounded by ImproveOptions::most_work, apart
-/// from a linear part.
+/// Returns whether it was worked on. Errors: OptionError, Cancelled; after that, contours, stack, complex and mesh are
+/// of no use. Cost: bounded by ImproveOptions::most_work, apart from a linear part.
 inline bool improve(const LayerRegions& regions, Contours& contours, PlaneStack& stack, Plc& plc, Mesh& mesh,
                     const ImproveOptions& options, const Progress& progress = {}) {
   if (options.rounds < 0) throw OptionError("improve.rounds", "must be 0 or more");
@@ -36,9 +36,10 @@ inline bool improve(const LayerRegions& regions, Contours& contours, PlaneStack&
   if (!(options.most_work >= 0)) throw OptionError("improve.most_work", "must be 0 or more");
   if (options.rounds == 0 || contours.eps == 0 || mesh.vertices.size() != plc.vertices.size()) return false;
   const std::function<void()> poll = [&] { report(progress, Stage::Improve, 1); };
-  detail::Poll listen(poll, 1 << 16);
+  const std::function<void()> begin = [&] { report(progress, Stage::Improve, 0); };
+  detail::Poll listen_first(begin, 1 << 16), listen(poll, 1 << 16);
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    listen();
+    listen_first();
     if (mesh.vertices[v] != plc.position(v)) return false;
   }
   {

@@ -251,7 +251,7 @@ private:
   }
   std::size_t smooth_round() {
     // Movable vertices of bad tets; when these had their turn, of almost all: that gains most for its time.
-    const double floor = floor_ < bad_ ? kSmoothed : floor_;
+    const double floor = floor_ < kBad ? kSmoothed : floor_;
     std::vector<std::uint8_t> worst(kind_.size(), 3);
     for (std::int32_t t = 0; t < std::int32_t(graph_.size()); ++t)
       if (graph_.badness(t) > floor && graph_.alive(t))
@@ -527,11 +527,11 @@ private:
 
   static constexpr std::int64_t kPollEvery = 1 << 16;  ///< ratings
   static constexpr double kVeryBad = 8;                ///< R/3r
-  static constexpr double kBad = 3;                    ///< R/3r; what is above is worked on first
+  static constexpr double kBad = 3;                    ///< R/3r; what is above is worked on first; see bad_
   static constexpr double kSmoothed = 1.4;  ///< R/3r; all above is smoothed at last: a little more than that of columns
   static constexpr double kFullWork = 10;   ///< ratings per tet: all have their turn
   static constexpr double kColumnRatio = 0.39;     ///< R/3r of a column over its length in thicknesses, for long ones
-  static constexpr double kWorseThanColumn = 1.5;  ///< times that: what may be helped
+  static constexpr double kWorseThanColumn = 1.5;  ///< times the R/3r of a column: what is worse may be helped
   static constexpr std::int32_t kFirstColumnRound = 2;  ///< from 0; flips and free vertices have their turn before
   static constexpr std::int32_t kColumnRounds = 2;      ///< of those for all tets in which all contours move
   static constexpr double kLittle = 0.4;        ///< of the operations of the best round: what is bad has had its turn

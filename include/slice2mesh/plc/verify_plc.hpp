@@ -464,7 +464,7 @@ private:
 /// their sides alike; the boundary of every cell (region of a slab), or of the skin where that is all there is, is
 /// closed; the volume of every cell is area x height, up to the bends of its walls, and positive. Not looked at:
 /// whether walls that are bent by less than the distance of two contours touch between the planes. `max_offenders`: how
-/// many offenders of a check are named. `poll` is called now and then. Errors: what it throws. Cost: O(n log n).
+/// many offenders of a check are named. `poll` is called now and then. Errors: what `poll` throws. Cost: O(n log n).
 [[nodiscard]] inline PlcReport verify_plc(const Plc& plc, std::size_t max_offenders = 3,
                                           const std::function<void()>& poll = {}) {
   return detail::PlcVerifier(plc, max_offenders, poll).run();
