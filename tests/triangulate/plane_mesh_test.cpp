@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <random>
 #include <set>
@@ -191,6 +192,41 @@ TEST_CASE("a plane with a budget of vertices throws when it needs more") {
   refinement.max_vertices = 3;
   refinement.radius_edge_ratio = 1.1;
   CHECK_THROWS_AS(triangulate_plane(chain.lifted[1], refinement), BudgetError);
+}
+
+TEST_CASE("points that find no place ask whether to go on, by the triangles that they look at") {
+  // In a circle every point is in the circumcircles of nearly all triangles; beside an edge it finds no place.
+  constexpr int kEdges = 1000, kPoints = 200;
+  std::vector<Point2> circle;
+  for (int i = 0; i < kEdges; ++i)
+    circle.push_back(
+        {10 * std::cos(2 * 3.14159265358979 * i / kEdges), 10 * std::sin(2 * 3.14159265358979 * i / kEdges)});
+  ChainOptions options;
+  options.eps = 0;
+  options.contour_size = 1000;
+  options.interior = false;
+  options.radius_edge_ratio = 0;
+  const Chain chain = run_chain(stack_of({{loop(circle)}, {loop(circle)}}), options);
+  const InterfacePlane& plane = chain.lifted.front();
+  REQUIRE(plane.overlay.edges.size() >= kEdges);
+  const auto triangulate = [&](const std::vector<GridPoint>& interior, std::size_t& calls) {
+    PlaneRefinement refinement;
+    refinement.radius_edge_ratio = 0;
+    refinement.interior = interior;
+    refinement.poll = [&] { ++calls; };
+    return triangulate_plane(plane, refinement);
+  };
+  std::vector<GridPoint> beside;
+  for (std::size_t e = 0; e < kPoints; ++e) {
+    const GridPoint &a = plane.overlay.vertices[std::size_t(plane.overlay.edges[e].a)],
+                    &b = plane.overlay.vertices[std::size_t(plane.overlay.edges[e].b)];
+    const double x = double(a.x + b.x) / 2, y = double(a.y + b.y) / 2;
+    beside.push_back({std::llround(0.9995 * x), std::llround(0.9995 * y)});  // towards the center, by 0.005 mm
+  }
+  std::size_t without = 0, with = 0;
+  const PlaneMesh empty = triangulate({}, without), mesh = triangulate(beside, with);
+  CHECK(mesh.vertices.size() == empty.vertices.size());
+  CHECK(with >= without + kPoints * kEdges / 4096);
 }
 
 TEST_CASE("the same plane gives the same triangulation") {
