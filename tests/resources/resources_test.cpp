@@ -246,6 +246,23 @@ TEST_CASE("reading a slice file, writing one and checking a complex can be cance
       CHECK(got.layers.size() == 1);
     });
   }
+  // Contours side by side, which nesting compares each with all others.
+  SliceStack fence;
+  fence.layers.emplace_back();
+  for (int i = 0; i < 2000; ++i) {
+    Polyline picket;
+    picket.points = {{0.1 * i, 0.001 * i}, {0.1 * i + 0.05, 0.001 * i}, {0.1 * i + 0.05, 10}, {0.1 * i, 10}};
+    fence.layers[0].polylines.push_back(picket);
+  }
+  std::ostringstream written;
+  write_cli(written, fence);
+  check(30, [&](const std::function<void()>& poll) {
+    CliReadOptions nesting = CliReadOptions::as_written();
+    nesting.orientation = CliOrientation::Nesting;
+    nesting.poll = poll;
+    const SliceStack got = parse_cli(written.str(), nesting);
+    CHECK(got.layers[0].polylines.size() == 2000);
+  });
   Options options;
   options.size.size = Length::mm(0.12);
   const Outcome outcome = run_pipeline(sample(), options);

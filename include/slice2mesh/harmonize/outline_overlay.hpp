@@ -165,7 +165,7 @@ private:
   /// Is a point within `attach` of two edges that are not connected beside it? `beside` is working space.
   [[nodiscard]] static bool is_between(const Outline& own, const SegmentIndex& index, const GridPoint& p, double attach,
                                        std::vector<std::size_t>& beside, Poll& listen) {
-    constexpr double kConnected = 2.5;  // times the distance: about the width of what is opened and merged
+    constexpr double kConnected = 2.5;  // times the distance: with that of open_difference, the width that it opens
     beside.clear();
     const double around = kConnected * attach;
     index.for_each_near(p, p, std::int64_t(std::ceil(around)), [&](std::size_t e) {
