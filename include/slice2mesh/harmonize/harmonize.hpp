@@ -22,6 +22,7 @@
 #include "slice2mesh/harmonize/anticipate.hpp"
 #include "slice2mesh/harmonize/attach.hpp"
 #include "slice2mesh/harmonize/columns.hpp"
+#include "slice2mesh/harmonize/corners.hpp"
 #include "slice2mesh/harmonize/pockets.hpp"
 #include "slice2mesh/harmonize/simplify.hpp"
 #include "slice2mesh/regions/regions.hpp"
@@ -73,10 +74,14 @@ inline constexpr int kPasses = 2, kPassesBeforeSettling = 1;
 inline constexpr double kAdoptShare = 0.8;   // a contour takes the way of a neighbor that is this near to its slice
 inline constexpr int kSettleRounds = 2;      // of adopting and merging
 inline constexpr double kColumnShare = 1.5;  // columns nearer than this are merged ...
-inline constexpr double kColumnDeviation = 0.97;   // ... within this deviation ...
-inline constexpr double kColumnMost = 0.995;       // ... or this one where there was more before ...
-inline constexpr double kClearanceShare = 0.7;     // ... and not if a vertex gets nearer than this to an edge
-inline constexpr double kApartShare = 1.1;         // columns nearer than this to something are moved away from it
+inline constexpr double kColumnDeviation = 0.97;  // ... within this deviation ...
+inline constexpr double kColumnMost = 0.995;      // ... or this one where there was more before ...
+inline constexpr double kClearanceShare = 0.7;    // ... and not if a vertex gets nearer than this to an edge
+inline constexpr double kApartShare = 1.1;        // columns nearer than this to something are moved away from it
+// Where corners are opened: edges shorter than this go if they can, ...
+inline constexpr double kTidyShare = 4;
+inline constexpr double kCornerClearance = 0.5;    // ... vertices keep this distance from edges, ...
+inline constexpr double kCornerApart = 0.9;        // ... and this one from each other
 inline constexpr double kResolutionShare = 0.005;  // resolution of the measured deviation ...
 inline constexpr double kFineShare = 0.0001;       // ... and where that does not tell it from eps
 
@@ -254,23 +259,21 @@ inline void adopt_ways(Contours& contours, const LayerRegions& input, double eps
   for (std::size_t s = 1; s < count; ++s) take_over(s, s - 1);
 }
 
-/// Merges contour vertices that are near to each other in all slabs, or moves them apart (see ColumnMerger), and
-/// measures the deviation of the slabs concerned. Slabs that are then too far from their slices are left out of it, and
-/// all is done again.
-inline void merge_columns(Contours& contours, const LayerRegions& input, double eps, double longest,
-                          Diagnostics& diagnostics, const Progress& progress) {
-  if (!(longest < double(kGridLimit))) return;
-  const ColumnLimits limits{
-      kColumnShare * eps, kColumnDeviation * eps, kColumnMost * eps, kClearanceShare * eps, longest, kApartShare * eps};
+/// Changes the contours by a `Changer`, ColumnMerger or CornerOpener, and measures the deviation of the slabs
+/// concerned. Slabs that are then too far from their slices are left out of it, and all is done again. False if that
+/// does not help.
+template <class Changer>
+[[nodiscard]] bool change_columns(Contours& contours, const LayerRegions& input, double eps, const ColumnLimits& limits,
+                                  const Progress& progress) {
   std::vector<char> frozen(contours.outlines.size(), 0), changed;
   constexpr int kAttempts = 4;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     std::vector<Outline> outlines = contours.outlines;
     const std::function<void()> poll = [&] { report(progress, Stage::Harmonize, 1); };
     {
-      ColumnMerger merger(outlines, input.outlines, contours.slabs, frozen, limits, poll);
-      merger.run(changed, poll);
-      poll();  // what the merger has takes its time to go
+      Changer changer(outlines, input.outlines, contours.slabs, frozen, limits, poll);
+      changer.run(changed, poll);
+      poll();  // what it has takes its time to go
     }
     poll();
     std::vector<double> deviations = contours.deviation;
@@ -287,10 +290,31 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
     if (!good) continue;
     contours.outlines = std::move(outlines);
     contours.deviation = std::move(deviations);
-    return;
+    return true;
   }
-  diagnostics.add(Severity::Note, Stage::Harmonize, "columns_not_merged",
-                  "contour vertices are not merged over the slabs: slabs got too far from their slices");
+  return false;
+}
+
+/// Merges contour vertices that are near to each other in all slabs, or moves them apart (see ColumnMerger).
+inline void merge_columns(Contours& contours, const LayerRegions& input, double eps, double longest,
+                          Diagnostics& diagnostics, const Progress& progress) {
+  if (!(longest < double(kGridLimit))) return;
+  const ColumnLimits limits{
+      kColumnShare * eps, kColumnDeviation * eps, kColumnMost * eps, kClearanceShare * eps, longest, kApartShare * eps};
+  if (!change_columns<ColumnMerger>(contours, input, eps, limits, progress))
+    diagnostics.add(Severity::Note, Stage::Harmonize, "columns_not_merged",
+                    "contour vertices are not merged over the slabs: slabs got too far from their slices");
+}
+
+/// Opens sharp corners between the contours of neighboring slabs (see CornerOpener).
+inline void open_corners(Contours& contours, const LayerRegions& input, double eps, double longest,
+                         Diagnostics& diagnostics, const Progress& progress) {
+  if (!(longest < double(kGridLimit))) return;
+  const ColumnLimits limits{kTidyShare * eps, kColumnDeviation * eps, kColumnMost * eps, kCornerClearance * eps,
+                            longest,          kCornerApart * eps};
+  if (!change_columns<CornerOpener>(contours, input, eps, limits, progress))
+    diagnostics.add(Severity::Note, Stage::Harmonize, "corners_not_opened",
+                    "sharp corners between contours are not opened: slabs got too far from their slices");
 }
 
 }  // namespace detail
@@ -385,6 +409,7 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
       detail::adopt_ways(result, input, eps, longest, progress);
       detail::merge_columns(result, input, eps, longest, diagnostics, progress);
     }
+    detail::open_corners(result, input, eps, longest, diagnostics, progress);
   }
   if (finest < longest)
     for (Outline& outline : result.outlines) {

@@ -23,6 +23,7 @@
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/harmonize/contour_shape.hpp"
 #include "slice2mesh/harmonize/harmonize.hpp"
+#include "slice2mesh/harmonize/separation_report.hpp"
 #include "slice2mesh/harmonize/slice_nearness.hpp"
 #include "slice2mesh/lift/lift.hpp"
 #include "slice2mesh/triangulate/plane_stack.hpp"
@@ -69,6 +70,7 @@ public:
     find_shapes();
     find_columns();
     find_groups();
+    find_corners();
     old_.assign(points_.size(), {});
     stamp_of_.assign(points_.size(), 0);
   }
@@ -171,7 +173,7 @@ public:
   }
   /// May the column that was taken go to the last places given? Precondition: `points` has all of it there.
   [[nodiscard]] bool may_move(Keep keep) {
-    return (keep == Keep::Nearness || walls_stay()) && keeps_slices(keep) && way_is_clear();
+    return corners_stay() && (keep == Keep::Nearness || walls_stay()) && keeps_slices(keep) && way_is_clear();
   }
   /// It was moved there.
   void moved() {
@@ -210,6 +212,14 @@ private:
   /// A vertex between two vertices of columns, on an edge.
   struct Split {
     std::int32_t vertex, from, to;
+  };
+  /// Edges to two columns that follow each other around a third one.
+  struct Corner {
+    std::int32_t at, a, b;
+    friend bool operator<(const Corner& p, const Corner& q) {
+      return std::tie(p.at, p.a, p.b) < std::tie(q.at, q.a, q.b);
+    }
+    friend bool operator==(const Corner& p, const Corner& q) { return p.at == q.at && p.a == q.a && p.b == q.b; }
   };
   struct Column {
     std::vector<std::int32_t> vertices;              // of planes
@@ -454,6 +464,83 @@ private:
     }
   }
 
+  /// Where contours of neighboring slabs leave each other: the edges that follow each other around a column in a plane
+  /// and are of one of the two contours each.
+  void find_corners() {
+    struct Ray {
+      std::int32_t from, to;
+      std::uint8_t sides;  // 1: of the contour below, 2: of the one above
+    };
+    std::vector<Ray> rays;
+    std::vector<std::pair<double, std::size_t>> around;
+    std::vector<std::int32_t> chain;
+    std::vector<Corner> corners;
+    for (std::size_t k = 0; k < slabs_of_.size(); ++k) {
+      const auto [below, above] = slabs_of_[k];
+      if (below == kNone || above == kNone) continue;
+      rays.clear();
+      for (const std::int32_t top : {1, 0}) {
+        const std::int32_t slab = top != 0 ? below : above;
+        for (std::size_t e = 0; e < outlines_[std::size_t(slab)].edges.size(); ++e) {
+          vertices_of({slab, std::int32_t(e), top}, chain);
+          listen_(chain.size());
+          std::int32_t last = kNone;
+          for (const std::int32_t v : chain) {
+            const std::int32_t c = of(v);
+            if (c == kNone) continue;
+            const auto side = std::uint8_t(top != 0 ? 1 : 2);
+            if (last != kNone && last != c) {
+              rays.push_back({last, c, side});
+              rays.push_back({c, last, side});
+            }
+            last = c;
+          }
+        }
+      }
+      sort_listening(rays.begin(), rays.end(), listen_, [](const Ray& a, const Ray& b) {
+        return std::tie(a.from, a.to, a.sides) < std::tie(b.from, b.to, b.sides);
+      });
+      std::size_t size = 0;
+      for (const Ray& r : rays) {
+        if (size > 0 && rays[size - 1].from == r.from && rays[size - 1].to == r.to)
+          rays[size - 1].sides |= r.sides;
+        else
+          rays[size++] = r;
+      }
+      rays.resize(size);
+      for (std::size_t i = 0, j = 0; i < rays.size(); i = j) {
+        for (j = i + 1; j < rays.size() && rays[j].from == rays[i].from;) ++j;
+        listen_(j - i);
+        std::uint8_t common = 3;
+        for (std::size_t m = i; m < j; ++m) common &= rays[m].sides;
+        if (common != 0) continue;
+        around.clear();
+        const GridPoint& p = home_[std::size_t(rays[i].from)];
+        for (std::size_t m = i; m < j; ++m) {
+          const GridPoint& q = home_[std::size_t(rays[m].to)];
+          around.emplace_back(std::atan2(double(q.y - p.y), double(q.x - p.x)), m);
+        }
+        std::sort(around.begin(), around.end());
+        for (std::size_t m = 0; m < around.size(); ++m) {
+          const Ray &q = rays[around[m].second], &r = rays[around[m + 1 < around.size() ? m + 1 : 0].second];
+          if ((q.sides & r.sides) == 0) corners.push_back({q.from, q.to, r.to});
+        }
+      }
+    }
+    sort_listening(corners.begin(), corners.end(), listen_);
+    corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+    corners_ = std::move(corners);
+    corner_start_.assign(columns_.size() + 1, 0);
+    for (const Corner& c : corners_)
+      for (const std::int32_t i : {c.at, c.a, c.b}) ++corner_start_[std::size_t(i) + 1];
+    for (std::size_t i = 1; i < corner_start_.size(); ++i) corner_start_[i] += corner_start_[i - 1];
+    corners_at_.resize(corner_start_.back());
+    std::vector<std::uint32_t> next(corner_start_.begin(), corner_start_.end() - 1);
+    for (std::size_t n = 0; n < corners_.size(); ++n)
+      for (const std::int32_t i : {corners_[n].at, corners_[n].a, corners_[n].b})
+        corners_at_[next[std::size_t(i)]++] = std::uint32_t(n);
+  }
+
   // --- where it all goes
 
   [[nodiscard]] GridPoint target_of(std::int32_t v) const { return target_of_column(std::size_t(of(v))); }
@@ -653,6 +740,24 @@ private:
     return false;
   }
 
+  /// What a sharp corner counts, 1 to 2; others nothing.
+  [[nodiscard]] static double sharpness(const GridPoint& p, const GridPoint& a, const GridPoint& b) {
+    const double degrees = std::fabs(std::atan2(double(cross(p, a, b)), double(dot(p, a, b)))) * (180 / kPi);
+    return degrees < kSeparationAngle ? 2 - degrees / kSeparationAngle : 0;
+  }
+  /// Do corners between contours of neighboring slabs get no sharper in all?
+  [[nodiscard]] bool corners_stay() const {
+    double change = 0;
+    for (const std::int32_t c : columns_[taken_].group)
+      for (std::uint32_t i = corner_start_[std::size_t(c)]; i < corner_start_[std::size_t(c) + 1]; ++i) {
+        const Corner& corner = corners_[corners_at_[i]];
+        const std::int32_t p = columns_[std::size_t(corner.at)].vertices.front(),
+                           a = columns_[std::size_t(corner.a)].vertices.front(),
+                           b = columns_[std::size_t(corner.b)].vertices.front();
+        change += sharpness(point(p), point(a), point(b)) - sharpness(old_point(p), old_point(a), old_point(b));
+      }
+    return change <= 0;
+  }
   /// Do vertices of straight walls stay on their lines?
   [[nodiscard]] bool walls_stay() const {
     const std::vector<std::int32_t>& group = columns_[taken_].group;
@@ -765,6 +870,8 @@ private:
   std::vector<Column> columns_;
   std::vector<GridPoint> home_;          // of columns: where they were at first
   std::vector<std::int32_t> column_of_;  // #V
+  std::vector<Corner> corners_;
+  std::vector<std::uint32_t> corner_start_, corners_at_;  // of each column: those that it is part of
 
   // The column that was taken.
   std::size_t taken_ = 0;

@@ -1,0 +1,462 @@
+// SPDX-License-Identifier: MIT
+/// @file
+/// @brief Contours of neighboring slabs that meet at a sharp angle, led on one way until they part at a wider one.
+///
+/// Where the contours of two slabs leave each other slowly, the plane between them has a tip as sharp as the angle
+/// between the two. Both may keep the same way for a while longer: as soon as the rest of it makes a wide enough angle,
+/// they part.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "slice2mesh/arrange/exact.hpp"
+#include "slice2mesh/arrange/outline.hpp"
+#include "slice2mesh/core/listening_sort.hpp"
+#include "slice2mesh/core/progress.hpp"
+#include "slice2mesh/harmonize/column_stack.hpp"
+#include "slice2mesh/harmonize/separation_report.hpp"
+#include "slice2mesh/regions/thicken.hpp"
+
+namespace slice2mesh::detail {
+
+/// Opens the sharp corners between contours of neighboring slabs: angles below kSeparationAngle of two edges that meet
+/// in a plane and are of one of its two contours each.
+class CornerOpener : private ColumnStack {
+public:
+  using ColumnStack::ColumnStack;
+
+  /// Opens what can be opened, merges the ends of short edges where no corner gets sharper by it, and opens again; to
+  /// be called once. `changed` (#S) tells the slabs concerned. `poll` is called now and then; what it throws ends the
+  /// work.
+  void run(std::vector<char>& changed, const std::function<void()>& poll) {
+    reach_ = kFarthest * limits_.apart;
+    clearance_ = limits_.clearance;
+    changed_ = &changed;
+    work(changed, poll, [&] {
+      open_all(kRounds);
+      tidy();
+      open_all(kLastRounds);
+    });
+  }
+
+private:
+  static constexpr int kRounds = 3, kLastRounds = 2;
+  static constexpr double kFarthest = 16;    // of `apart`: what a column moves in all
+  static constexpr double kMargin = 1;       // degrees more than asked for
+  static constexpr double kLeastGain = 0.5;  // see sharpness
+  /// Shares of a way between two edges that it has of the second one.
+  static constexpr std::array<double, 9> kShares{0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875, 0, 1};
+  static constexpr std::array<double, 4> kPushes{0.17, 0.33, 0.58, 0.83};  // of `apart`: what ends are pushed by
+  static constexpr double kWidestTip = 1.7;                                // of `apart`: that is closed
+
+  /// An edge from a place, in some slabs. `through`: the panel that passes through the place and has no vertex there.
+  struct Ray {
+    GridPoint far;
+    std::int32_t first, last;
+    std::int32_t through;
+  };
+  /// Two edges of neighboring slabs that meet at v in a sharp angle: va of a slab, vb of the one above.
+  struct Corner {
+    double degrees;
+    std::size_t slab;
+    GridPoint v, a, b;
+    std::int32_t through_a, through_b;
+    bool operator<(const Corner& o) const {
+      if (degrees != o.degrees) return degrees < o.degrees;
+      if (slab != o.slab) return slab < o.slab;
+      if (v != o.v) return v < o.v;
+      return a != o.a ? a < o.a : b < o.b;
+    }
+  };
+
+  // --- finding
+
+  [[nodiscard]] bool is_alive(std::int32_t k) const { return found_[std::size_t(k)] != UINT32_MAX; }
+  [[nodiscard]] bool moves(std::int32_t k) const {
+    return std::any_of(moving_.begin(), moving_.end(), [&](const Moving& m) { return m.panel == k; });
+  }
+  /// Adds the edges that end in p.
+  void add_ends(const GridPoint& p) {
+    for (const std::int32_t k : place_of(p).panels) {
+      const Panel& panel = panels_[std::size_t(k)];
+      rays_.push_back({panel.a == p ? panel.b : panel.a, panel.first, panel.last, kNone});
+    }
+  }
+  /// Adds those of the slabs next to those of the rays that pass through p: the plane leads them through it.
+  void add_through(const GridPoint& p, bool after) {
+    if (rays_.empty()) return;
+    std::int32_t first = rays_.front().first, last = rays_.front().last;
+    for (const Ray& r : rays_) {
+      first = std::min(first, r.first);
+      last = std::max(last, r.last);
+    }
+    passing_.clear();
+    const auto on = std::int64_t(kOn) + 1;
+    buckets_.for_each_on(p, p, on, [&](std::size_t bucket) {
+      std::size_t count = 1;
+      for (std::int32_t i = bucket_[bucket].first; i != kNone; i = entries_[std::size_t(i)].next) {
+        ++count;
+        const Entry& entry = entries_[std::size_t(i)];
+        if (entry.last < first - 1 || entry.first > last + 1 || !is_alive(entry.panel)) continue;
+        const Panel& panel = panels_[std::size_t(entry.panel)];
+        const GridPoint &a = panel.a, &b = panel.b;
+        if (a == p || b == p || std::max(a.x, b.x) + on < p.x || std::min(a.x, b.x) - on > p.x) continue;
+        if (!(dot(a, b, p) > 0) || !(dot(b, a, p) > 0) || segment_distance(p, a, b) > kOn) continue;
+        if (after && moves(entry.panel)) continue;
+        passing_.push_back(entry.panel);
+      }
+      looked(count);
+    });
+    std::sort(passing_.begin(), passing_.end());
+    passing_.erase(std::unique(passing_.begin(), passing_.end()), passing_.end());
+    for (const std::int32_t k : passing_) {
+      const Panel& panel = panels_[std::size_t(k)];
+      rays_.push_back({panel.a, panel.first, panel.last, k});
+      rays_.push_back({panel.b, panel.first, panel.last, k});
+    }
+  }
+  /// Calls corner(slab, below, above, degrees) for rays of neighboring slabs, and of no common one of the two, that
+  /// follow each other around p at a sharp angle.
+  template <class F>
+  void for_each_sharp(const GridPoint& p, F&& corner) {
+    if (rays_.size() < 2) return;
+    planes_.clear();
+    for (const Ray& r : rays_) {
+      planes_.push_back(r.last);
+      planes_.push_back(r.first - 1);
+    }
+    std::sort(planes_.begin(), planes_.end());
+    planes_.erase(std::unique(planes_.begin(), planes_.end()), planes_.end());
+    order_.clear();
+    for (std::size_t i = 0; i < rays_.size(); ++i)
+      order_.push_back({std::atan2(double(rays_[i].far.y - p.y), double(rays_[i].far.x - p.x)), i});
+    std::sort(order_.begin(), order_.end());
+    for (const std::int32_t s : planes_) {
+      if (s < 0 || !stacked(std::size_t(s) + 1)) continue;
+      around_.clear();
+      for (const auto& o : order_)
+        if (rays_[o.second].first <= s + 1 && rays_[o.second].last >= s) around_.push_back(o);
+      if (around_.size() < 2) continue;
+      for (std::size_t i = 0; i < around_.size(); ++i) {
+        const bool end = i + 1 == around_.size();
+        const auto &o = around_[i], &n = around_[end ? 0 : i + 1];
+        const double degrees = (n.first - o.first + (end ? 2 * kPi : 0)) * (180 / kPi);
+        if (degrees >= kSeparationAngle) continue;
+        const Ray &q = rays_[o.second], &r = rays_[n.second];
+        const bool q_below = q.first <= s, q_above = q.last > s, r_below = r.first <= s, r_above = r.last > s;
+        if ((q_below && r_below) || (q_above && r_above)) continue;
+        // On one way: the plane leads the longer one through the end of the other.
+        if (segment_distance(q.far, p, r.far) <= kOn || segment_distance(r.far, p, q.far) <= kOn) continue;
+        corner(std::size_t(s), q_below ? q : r, q_below ? r : q, degrees);
+      }
+    }
+  }
+  [[nodiscard]] std::vector<Corner> sharp_corners() {
+    std::vector<Corner> result;
+    for (const auto& [p, place] : places_) {  // in any order
+      looked();
+      rays_.clear();
+      add_ends(p);
+      add_through(p, false);
+      const GridPoint v = p;
+      for_each_sharp(v, [&](std::size_t s, const Ray& below, const Ray& above, double degrees) {
+        result.push_back({degrees, s, v, below.far, above.far, below.through, above.through});
+      });
+    }
+    std::sort(result.begin(), result.end());
+    return result;
+  }
+
+  /// What the sharp corners count around the columns in question, each 1 to 2; `target`: if they were there.
+  [[nodiscard]] double sharpness(const Candidate& c, const GridPoint* target) {
+    double sum = 0;
+    const auto add = [&](const GridPoint& p) {
+      if (target != nullptr)
+        for (Ray& r : rays_)
+          if (r.far == c.v || r.far == c.w) r.far = *target;
+      rays_.erase(std::remove_if(rays_.begin(), rays_.end(), [&](const Ray& r) { return r.far == p; }), rays_.end());
+      add_through(p, target != nullptr);
+      for_each_sharp(
+          p, [&](std::size_t, const Ray&, const Ray&, double degrees) { sum += 2 - degrees / kSeparationAngle; });
+    };
+    ends_.clear();
+    for (const Moving& m : moving_) ends_.push_back(m.x);
+    std::sort(ends_.begin(), ends_.end());
+    ends_.erase(std::unique(ends_.begin(), ends_.end()), ends_.end());
+    for (const GridPoint& p : ends_) {
+      rays_.clear();
+      add_ends(p);
+      add(p);
+    }
+    rays_.clear();
+    add_ends(c.v);
+    if (target == nullptr) {
+      add(c.v);
+      rays_.clear();
+    }
+    if (c.w != c.v) add_ends(c.w);
+    add(target != nullptr ? *target : c.w);
+    return sum;
+  }
+
+  // --- changing
+
+  /// The panel between two places that a slab has, or kNone.
+  [[nodiscard]] std::int32_t panel_between(const GridPoint& p, const GridPoint& q, std::size_t slab) const {
+    for (const std::int32_t k : place_of(p).panels) {
+      const Panel& panel = panels_[std::size_t(k)];
+      if ((panel.a == p ? panel.b : panel.a) == q && std::size_t(panel.first) <= slab &&
+          slab <= std::size_t(panel.last))
+        return k;
+    }
+    return kNone;
+  }
+  /// Moves the columns at c.v and c.w to one of the places, the first that may be and makes corners less sharp.
+  /// `added`: a column was not there before.
+  bool move_to(const Candidate& c, const std::vector<GridPoint>& targets, bool added) {
+    if (targets.empty() || !find_pair(c)) return false;
+    reach_near_ = 0;
+    for (const GridPoint& t : targets) reach_near_ = std::max({reach_near_, distance(t, c.v), distance(t, c.w)});
+    const double before = sharpness(c, nullptr);
+    if (!(before > kLeastGain)) return false;
+    for (const GridPoint& t : targets) {
+      if (std::any_of(moving_.begin(), moving_.end(),
+                      [&](const Moving& m) { return distance(m.x, t) < limits_.apart; }))
+        continue;
+      if (sharpness(c, &t) > before - kLeastGain) continue;
+      if (near_.empty()) find_all_near();
+      if (added ? is_crowded(t, lowest_, lowest_ + std::int32_t(steps_.size()) - 1, c, kNone) : gets_crowded(c, t))
+        continue;
+      if (!possible(c, t)) continue;
+      settle(c, t);
+      return true;
+    }
+    return false;
+  }
+  void settle(const Candidate& c, const GridPoint& t) {
+    apply(c, t);
+    for (const Step& step : steps_) (*changed_)[step.slab] = 1;
+  }
+  /// Would a new column at t in some slabs be too near to a vertex or an edge of these or of those next to them? What
+  /// moves, the panel `own` and what ends in the columns in question does not count.
+  [[nodiscard]] bool is_crowded(const GridPoint& t, std::int32_t first, std::int32_t last, const Candidate& c,
+                                std::int32_t own) {
+    const double apart = limits_.apart;
+    bool crowded = false;
+    buckets_.for_each_on(t, t, std::int64_t(apart) + 1, [&](std::size_t bucket) {
+      std::size_t count = 1;
+      for (std::int32_t i = bucket_[bucket].first; i != kNone && !crowded; i = entries_[std::size_t(i)].next) {
+        ++count;
+        const Entry& entry = entries_[std::size_t(i)];
+        if (entry.last < first - 1 || entry.first > last + 1 || !is_alive(entry.panel)) continue;
+        const Panel& panel = panels_[std::size_t(entry.panel)];
+        for (const GridPoint* u : {&panel.a, &panel.b})
+          if (*u != t && *u != c.v && *u != c.w && distance(*u, t) < apart) crowded = true;
+        if (entry.panel == own || panel.a == t || panel.b == t || moves(entry.panel)) continue;
+        const double d = segment_distance(t, panel.a, panel.b);
+        if (d > kOn && d < limits_.clearance) crowded = true;
+      }
+      looked(count);
+    });
+    return crowded;
+  }
+  /// The same for a column that is there.
+  [[nodiscard]] bool gets_crowded(const Candidate& c, const GridPoint& t) const {
+    return std::any_of(near_.begin(), near_.end(), [&](const Panel& panel) {
+      for (const GridPoint* u : {&panel.a, &panel.b}) {
+        if (*u == c.v || *u == c.w) continue;
+        const double now = distance(*u, t);
+        if (now < limits_.apart && now < std::min(distance(*u, c.v), distance(*u, c.w))) return true;
+      }
+      return false;
+    });
+  }
+  [[nodiscard]] static GridPoint rounded(double x, double y) {
+    return {round_to_step(std::llround(x)), round_to_step(std::llround(y))};
+  }
+
+  void open_all(int rounds) {
+    for (int round = 0; round < rounds; ++round) {
+      std::size_t opened = 0;
+      for (const Corner& corner : sharp_corners()) {
+        looked(16);
+        if (open(corner)) ++opened;
+      }
+      if (opened == 0) break;
+    }
+  }
+  /// Merges the ends of short edges where no corner gets sharper by it.
+  void tidy() {
+    struct Short {
+      double length;
+      std::size_t slab;
+      GridPoint a, b;
+      bool operator<(const Short& o) const {
+        if (length != o.length) return length < o.length;
+        if (slab != o.slab) return slab < o.slab;
+        return a != o.a ? a < o.a : b < o.b;
+      }
+    };
+    std::vector<Short> edges;
+    for (std::size_t k = 0; k < panels_.size(); ++k) {
+      looked();
+      const Panel& p = panels_[k];
+      const double length = distance(p.a, p.b);
+      if (is_alive(std::int32_t(k)) && length < limits_.near) edges.push_back({length, std::size_t(p.first), p.a, p.b});
+    }
+    sort_listening(edges.begin(), edges.end(), *listen_);
+    for (const Short& e : edges) {
+      looked(16);
+      if (panel_between(e.a, e.b, e.slab) == kNone) continue;  // something has changed meanwhile
+      const Candidate c{e.length, e.slab, e.a, e.b};
+      if (!find_pair(c)) continue;
+      std::array<std::pair<double, GridPoint>, 3> targets{
+          {{0, c.v}, {0, c.w}, {0, contour_point_between(c.v, c.w, 0.5)}}};
+      for (auto& target : targets) target.first = change(target.second);
+      std::stable_sort(targets.begin(), targets.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+      reach_near_ = c.distance;
+      const double before = sharpness(c, nullptr);
+      for (const auto& target : targets) {
+        if (target.first > limits_.deviation || sharpness(c, &target.second) > before) continue;
+        if (near_.empty()) find_all_near();
+        if (gets_crowded(c, target.second) || !possible(c, target.second)) continue;
+        settle(c, target.second);
+        break;
+      }
+    }
+  }
+
+  /// A vertex that a panel was led through, and a slab of that.
+  struct Lead {
+    GridPoint at;
+    std::size_t slab;
+  };
+  /// Leads a panel through y. `stays`: the vertex does not move afterwards.
+  bool lead(std::int32_t k, const GridPoint& y, std::size_t slab, std::vector<Lead>& leads, bool stays) {
+    const Panel& panel = panels_[std::size_t(k)];
+    moving_.clear();
+    if (stays && is_crowded(y, panel.first, panel.last, {0, slab, y, y}, k)) return false;
+    if (!lead_through(k, y, *changed_)) return false;
+    leads.push_back({y, slab});
+    return true;
+  }
+  void take_back_all(std::vector<Lead>& leads) {
+    for (; !leads.empty(); leads.pop_back()) take_back(leads.back().at, leads.back().slab);
+  }
+
+  bool open(const Corner& c) {
+    // What the plane leads through the corner gets a vertex there, in all of its slabs.
+    std::vector<Lead> leads;
+    const bool led = (c.through_a == kNone || lead(c.through_a, c.v, c.slab, leads, true)) &&
+                     (c.through_b == kNone || lead(c.through_b, c.v, c.slab + 1, leads, true));
+    if (led && open_at_vertex(c)) return true;
+    take_back_all(leads);
+    return false;
+  }
+  bool open_at_vertex(const Corner& c) {
+    const std::int32_t k = panel_between(c.v, c.a, c.slab), l = panel_between(c.v, c.b, c.slab + 1);
+    if (k == kNone || l == kNone) return false;  // something has changed meanwhile
+    const Panel below = panels_[std::size_t(k)], above = panels_[std::size_t(l)];
+    if (std::size_t(below.last) > c.slab || std::size_t(above.first) <= c.slab) return false;
+    return go_together(c, k, l) || push_apart(c) || close_tip(c, k, l);
+  }
+  /// Leads both edges on one way until the rest of them makes a wide enough angle.
+  bool go_together(const Corner& c, std::int32_t k, std::int32_t l) {
+    const auto slabs_of = [&](std::int32_t panel) {
+      return panels_[std::size_t(panel)].last - panels_[std::size_t(panel)].first + 1;
+    };
+    struct Way {
+      double share, length;
+      GridPoint to;
+      std::int32_t cost;  // slabs that get a vertex more
+    };
+    std::vector<Way> ways;
+    const double length_a = distance(c.v, c.a), length_b = distance(c.v, c.b);
+    for (const double share : kShares) {
+      const auto at = [&](double length) {
+        const double ta = (1 - share) * length / length_a, tb = share * length / length_b;
+        return rounded(double(c.v.x) + ta * double(c.a.x - c.v.x) + tb * double(c.b.x - c.v.x),
+                       double(c.v.y) + ta * double(c.a.y - c.v.y) + tb * double(c.b.y - c.v.y));
+      };
+      double low = 0, high = std::min(length_a, length_b);  // the angle grows on the way
+      for (int i = 0; i < 20; ++i) {
+        const double length = (low + high) / 2;
+        const GridPoint t = at(length);
+        const double turn = std::fabs(std::atan2(double(cross(t, c.a, c.b)), double(dot(t, c.a, c.b))));
+        (turn * (180 / kPi) > kSeparationAngle + kMargin ? high : low) = length;
+      }
+      const GridPoint t = at(high);
+      if (std::min(distance(t, c.a), distance(t, c.b)) < limits_.apart) continue;
+      ways.push_back({share, high, t, (share > 0 ? slabs_of(k) : 0) + (share < 1 ? slabs_of(l) : 0)});
+    }
+    // Best if the corner itself goes there: that needs no more vertices.
+    std::vector<GridPoint> targets;
+    for (const Way& way : ways) targets.push_back(way.to);
+    if (move_to({0, c.slab, c.v, c.v}, targets, false)) return true;
+    std::stable_sort(ways.begin(), ways.end(), [](const Way& a, const Way& b) { return a.cost < b.cost; });
+    std::vector<Lead> leads;
+    for (const Way& way : ways) {
+      const GridPoint y = contour_point_between(c.v, c.a, way.length / length_a),
+                      z = contour_point_between(c.v, c.b, way.length / length_b);
+      if (y == z || way.length < limits_.apart) continue;
+      const bool move_a = way.share > 0, move_b = way.share < 1;
+      const Candidate pair{distance(y, z), move_a ? c.slab : c.slab + 1, move_a ? y : z, move_b ? z : y};
+      if ((!move_a || lead(k, y, c.slab, leads, false)) && (!move_b || lead(l, z, c.slab + 1, leads, false)) &&
+          move_to(pair, {way.to}, true))
+        return true;
+      take_back_all(leads);
+    }
+    return false;
+  }
+  /// Moves one of the ends away from the other edge.
+  bool push_apart(const Corner& c) {
+    const double turn = cross(c.v, c.a, c.b) > 0 ? 1 : -1;
+    std::vector<GridPoint> targets;
+    for (const bool upper : {false, true}) {
+      const GridPoint &x = upper ? c.b : c.a, &o = upper ? c.a : c.b;
+      const double length = distance(c.v, o), dx = double(o.x - c.v.x) / length, dy = double(o.y - c.v.y) / length;
+      const double side = upper ? turn : -turn;
+      targets.clear();
+      for (const double push : kPushes)
+        for (const double along : {0.0, -1.0, 1.0})
+          targets.push_back(rounded(double(x.x) + push * limits_.apart * (along * dx - side * dy),
+                                    double(x.y) + push * limits_.apart * (along * dy + side * dx)));
+      if (move_to({0, upper ? c.slab + 1 : c.slab, x, x}, targets, false)) return true;
+    }
+    return false;
+  }
+  /// Moves one of the ends onto the other edge: the tip goes, and what follows it may have a wider angle.
+  bool close_tip(const Corner& c, std::int32_t k, std::int32_t l) {
+    std::vector<Lead> leads;
+    for (const bool upper : {false, true}) {
+      const GridPoint &x = upper ? c.b : c.a, &o = upper ? c.a : c.b;
+      const double length = distance(c.v, o), t = double(dot(c.v, o, x)) / (length * length);
+      if (!(t * length > limits_.apart) || !((1 - t) * length > limits_.apart)) continue;
+      const GridPoint y = contour_point_between(c.v, o, t);
+      if (distance(y, x) > kWidestTip * limits_.apart) continue;
+      if (move_to({0, upper ? c.slab + 1 : c.slab, x, x}, {y}, false)) return true;
+      const Candidate pair{distance(x, y), c.slab, upper ? y : x, upper ? x : y};
+      if (lead(upper ? k : l, y, upper ? c.slab : c.slab + 1, leads, false) &&
+          move_to(pair, {contour_point_between(x, y, 0.5), x}, true))
+        return true;
+      take_back_all(leads);
+    }
+    return false;
+  }
+
+  std::vector<char>* changed_ = nullptr;                        // see run
+  std::vector<Ray> rays_;                                       // around the place in question
+  std::vector<std::int32_t> passing_;                           // panels, see add_through
+  std::vector<std::int32_t> planes_;                            // where the rays may differ, by the slab below
+  std::vector<std::pair<double, std::size_t>> order_, around_;  // rays by direction; those in one plane
+  std::vector<GridPoint> ends_;                                 // of the edges in question
+};
+
+}  // namespace slice2mesh::detail
