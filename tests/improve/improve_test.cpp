@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "../plc/chain.hpp"
+#include "slice2mesh/harmonize/separation.hpp"
 #include "slice2mesh/improve/improve.hpp"
 #include "slice2mesh/plc/verify_plc.hpp"
 #include "slice2mesh/quality/certificate.hpp"
@@ -226,6 +227,32 @@ TEST_CASE("improvement leaves no sliver where vertices are free to move") {
   CHECK(report.ratio.worst < 6);
   CHECK(report.min_dihedral > 8);
   CHECK(report.max_dihedral < 165);
+}
+
+TEST_CASE("improvement makes no corners between contours sharp") {
+  // Disks that get smaller and drift: contours of neighboring slabs cross, and leave each other slowly.
+  std::size_t corners = 0, moved = 0;
+  for (const double drift : {0.05, 0.12, 0.2}) {
+    INFO("drift " << drift);
+    std::vector<std::vector<Polyline>> layers;
+    for (int k = 0; k < 6; ++k) layers.push_back({star(4 + k * drift, 4, 3 - 0.03 * k, 64)});
+    ChainOptions options;
+    options.eps = 0.1;
+    options.contour_size = 1;
+    Filled filled = fill(stack_of(layers), options);
+    const std::vector<Outline> before = filled.chain.contours.outlines;
+    const SeparationReport report = measure_separation(filled.chain.contours);
+    REQUIRE(improve(filled));
+    const SeparationReport after = measure_separation(filled.chain.contours);
+    CHECK(after.between.sharp <= report.between.sharp);
+    CHECK(after.between.close_vertices.back() <= report.between.close_vertices.back());
+    CHECK(after.between.close_vertex_edge.back() <= report.between.close_vertex_edge.back());
+    if (after.between.angle.found()) ++corners;
+    for (std::size_t s = 0; s < before.size(); ++s)
+      if (!(before[s] == filled.chain.contours.outlines[s])) ++moved;
+  }
+  CHECK(corners == 3);
+  CHECK(moved > 6);
 }
 
 TEST_CASE("improving twice from the same start gives the same mesh") {

@@ -82,6 +82,14 @@ private:
   [[nodiscard]] bool moves(std::int32_t k) const {
     return std::any_of(moving_.begin(), moving_.end(), [&](const Moving& m) { return m.panel == k; });
   }
+  /// Does the plane lead a panel through p, where it does not end?
+  [[nodiscard]] bool passes(std::int32_t k, const GridPoint& p) const {
+    const GridPoint &a = panels_[std::size_t(k)].a, &b = panels_[std::size_t(k)].b;
+    const auto on = std::int64_t(kOn) + 1;
+    if (!is_alive(k) || a == p || b == p || std::max(a.x, b.x) + on < p.x || std::min(a.x, b.x) - on > p.x)
+      return false;
+    return dot(a, b, p) > 0 && dot(b, a, p) > 0 && segment_distance(p, a, b) <= kOn;
+  }
   /// Adds the edges that end in p.
   void add_ends(const GridPoint& p) {
     for (const std::int32_t k : place_of(p).panels) {
@@ -98,18 +106,13 @@ private:
       last = std::max(last, r.last);
     }
     passing_.clear();
-    const auto on = std::int64_t(kOn) + 1;
-    buckets_.for_each_on(p, p, on, [&](std::size_t bucket) {
+    buckets_.for_each_on(p, p, std::int64_t(kOn) + 1, [&](std::size_t bucket) {
       std::size_t count = 1;
       for (std::int32_t i = bucket_[bucket].first; i != kNone; i = entries_[std::size_t(i)].next) {
         ++count;
         const Entry& entry = entries_[std::size_t(i)];
         if (entry.last < first - 1 || entry.first > last + 1 || !is_alive(entry.panel)) continue;
-        const Panel& panel = panels_[std::size_t(entry.panel)];
-        const GridPoint &a = panel.a, &b = panel.b;
-        if (a == p || b == p || std::max(a.x, b.x) + on < p.x || std::min(a.x, b.x) - on > p.x) continue;
-        if (!(dot(a, b, p) > 0) || !(dot(b, a, p) > 0) || segment_distance(p, a, b) > kOn) continue;
-        if (after && moves(entry.panel)) continue;
+        if (!passes(entry.panel, p) || (after && moves(entry.panel))) continue;
         passing_.push_back(entry.panel);
       }
       looked(count);
@@ -138,23 +141,34 @@ private:
     for (std::size_t i = 0; i < rays_.size(); ++i)
       order_.push_back({std::atan2(double(rays_[i].far.y - p.y), double(rays_[i].far.x - p.x)), i});
     std::sort(order_.begin(), order_.end());
+    const auto on_one_way = [&](const Ray& q, const Ray& r) {  // the plane leads the longer one through the other's end
+      return segment_distance(q.far, p, r.far) <= kOn || segment_distance(r.far, p, q.far) <= kOn;
+    };
     for (const std::int32_t s : planes_) {
       if (s < 0 || !stacked(std::size_t(s) + 1)) continue;
+      looked(rays_.size());
       around_.clear();
-      for (const auto& o : order_)
-        if (rays_[o.second].first <= s + 1 && rays_[o.second].last >= s) around_.push_back(o);
+      for (const auto& [angle, i] : order_) {
+        const Ray& r = rays_[i];
+        const int sides = (r.first <= s && s <= r.last ? 1 : 0) + (r.first <= s + 1 && s + 1 <= r.last ? 2 : 0);
+        if (sides == 0) continue;
+        if (!around_.empty() && on_one_way(rays_[around_.back().ray], r))
+          around_.back().sides |= sides;
+        else
+          around_.push_back({angle, i, sides});
+      }
+      if (around_.size() > 1 && on_one_way(rays_[around_.back().ray], rays_[around_.front().ray])) {
+        around_.front().sides |= around_.back().sides;
+        around_.pop_back();
+      }
       if (around_.size() < 2) continue;
       for (std::size_t i = 0; i < around_.size(); ++i) {
         const bool end = i + 1 == around_.size();
-        const auto &o = around_[i], &n = around_[end ? 0 : i + 1];
-        const double degrees = (n.first - o.first + (end ? 2 * kPi : 0)) * (180 / kPi);
-        if (degrees >= kSeparationAngle) continue;
-        const Ray &q = rays_[o.second], &r = rays_[n.second];
-        const bool q_below = q.first <= s, q_above = q.last > s, r_below = r.first <= s, r_above = r.last > s;
-        if ((q_below && r_below) || (q_above && r_above)) continue;
-        // On one way: the plane leads the longer one through the end of the other.
-        if (segment_distance(q.far, p, r.far) <= kOn || segment_distance(r.far, p, q.far) <= kOn) continue;
-        corner(std::size_t(s), q_below ? q : r, q_below ? r : q, degrees);
+        const Direction &q = around_[i], &r = around_[end ? 0 : i + 1];
+        const double degrees = (r.angle - q.angle + (end ? 2 * kPi : 0)) * (180 / kPi);
+        if (degrees >= kSeparationAngle || (q.sides & r.sides) != 0) continue;
+        corner(std::size_t(s), rays_[(q.sides & 1) != 0 ? q.ray : r.ray], rays_[(q.sides & 1) != 0 ? r.ray : q.ray],
+               degrees);
       }
     }
   }
@@ -354,8 +368,9 @@ private:
   bool open(const Corner& c) {
     // What the plane leads through the corner gets a vertex there, in all of its slabs.
     std::vector<Lead> leads;
-    const bool led = (c.through_a == kNone || lead(c.through_a, c.v, c.slab, leads, true)) &&
-                     (c.through_b == kNone || lead(c.through_b, c.v, c.slab + 1, leads, true));
+    const bool led =
+        (c.through_a == kNone || (passes(c.through_a, c.v) && lead(c.through_a, c.v, c.slab, leads, true))) &&
+        (c.through_b == kNone || (passes(c.through_b, c.v) && lead(c.through_b, c.v, c.slab + 1, leads, true)));
     if (led && open_at_vertex(c)) return true;
     take_back_all(leads);
     return false;
@@ -451,12 +466,19 @@ private:
     return false;
   }
 
-  std::vector<char>* changed_ = nullptr;                        // see run
-  std::vector<Ray> rays_;                                       // around the place in question
-  std::vector<std::int32_t> passing_;                           // panels, see add_through
-  std::vector<std::int32_t> planes_;                            // where the rays may differ, by the slab below
-  std::vector<std::pair<double, std::size_t>> order_, around_;  // rays by direction; those in one plane
-  std::vector<GridPoint> ends_;                                 // of the edges in question
+  std::vector<char>* changed_ = nullptr;               // see run
+  std::vector<Ray> rays_;                              // around the place in question
+  std::vector<std::int32_t> passing_;                  // panels, see add_through
+  std::vector<std::int32_t> planes_;                   // where the rays may differ, by the slab below
+  std::vector<std::pair<double, std::size_t>> order_;  // rays by direction
+  /// One or more rays of a plane; sides: 1 of the contour below, 2 of the one above.
+  struct Direction {
+    double angle;
+    std::size_t ray;
+    int sides;
+  };
+  std::vector<Direction> around_;
+  std::vector<GridPoint> ends_;  // of the edges in question
 };
 
 }  // namespace slice2mesh::detail

@@ -173,7 +173,7 @@ public:
   }
   /// May the column that was taken go to the last places given? Precondition: `points` has all of it there.
   [[nodiscard]] bool may_move(Keep keep) {
-    return corners_stay() && (keep == Keep::Nearness || walls_stay()) && keeps_slices(keep) && way_is_clear();
+    return (keep == Keep::Nearness || (corners_stay() && walls_stay())) && keeps_slices(keep) && way_is_clear();
   }
   /// It was moved there.
   void moved() {
