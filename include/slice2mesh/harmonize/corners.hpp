@@ -232,10 +232,19 @@ private:
     }
     return kNone;
   }
+  /// As find_pair. Where more than two edges of a slab meet, the column stays.
+  [[nodiscard]] bool find_simple(const Candidate& c) {
+    if (!find_pair(c)) return false;
+    return std::all_of(steps_.begin(), steps_.end(), [&](const Step& step) {
+      const Sheet& sheet = sheets_[step.slab];
+      return (step.v == kNone || sheet.edges_at[std::size_t(step.v)].size() == 2) &&
+             (step.w == kNone || sheet.edges_at[std::size_t(step.w)].size() == 2);
+    });
+  }
   /// Moves the columns at c.v and c.w to one of the places, the first that may be and makes corners less sharp.
   /// `added`: a column was not there before.
   bool move_to(const Candidate& c, const std::vector<GridPoint>& targets, bool added) {
-    if (targets.empty() || !find_pair(c)) return false;
+    if (targets.empty() || !find_simple(c)) return false;
     reach_near_ = 0;
     for (const GridPoint& t : targets) reach_near_ = std::max({reach_near_, distance(t, c.v), distance(t, c.w)});
     const double before = sharpness(c, nullptr);
@@ -330,7 +339,7 @@ private:
       looked(16);
       if (panel_between(e.a, e.b, e.slab) == kNone) continue;  // something has changed meanwhile
       const Candidate c{e.length, e.slab, e.a, e.b};
-      if (!find_pair(c)) continue;
+      if (!find_simple(c)) continue;
       std::array<std::pair<double, GridPoint>, 3> targets{
           {{0, c.v}, {0, c.w}, {0, contour_point_between(c.v, c.w, 0.5)}}};
       for (auto& target : targets) target.first = change(target.second);
