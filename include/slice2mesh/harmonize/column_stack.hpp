@@ -364,6 +364,7 @@ protected:
     // Where both are there, an edge joins them.
     for (const std::int32_t k : between_) both -= panels_[std::size_t(k)].last - panels_[std::size_t(k)].first + 1;
     if (both != 0) return false;
+    if (c.v == c.w) return true;
     // What they have as a common neighbor would lose its triangle.
     for (const Moving& m : moving_)
       for (const Moving& n : moving_)

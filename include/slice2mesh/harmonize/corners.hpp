@@ -21,6 +21,7 @@
 #include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/harmonize/column_stack.hpp"
+#include "slice2mesh/harmonize/contour_shape.hpp"
 #include "slice2mesh/harmonize/separation_report.hpp"
 #include "slice2mesh/regions/thicken.hpp"
 
@@ -48,9 +49,11 @@ public:
 
 private:
   static constexpr int kRounds = 3, kLastRounds = 2;
-  static constexpr double kFarthest = 16;    // of `apart`: what a column moves in all
-  static constexpr double kMargin = 1;       // degrees more than asked for
-  static constexpr double kLeastGain = 0.5;  // see sharpness
+  static constexpr std::int32_t kMostSlabs = 128;  // no vertex is put into more of them for one corner
+  static constexpr std::size_t kMostPanels = 64;  // where more end in one place, nothing moves, and none is asked about
+  static constexpr double kFarthest = 16;         // of `apart`: what a column moves in all
+  static constexpr double kMargin = 1;            // degrees more than asked for
+  static constexpr double kLeastGain = 0.5;       // see sharpness
   /// Shares of a way between two edges that it has of the second one.
   static constexpr std::array<double, 9> kShares{0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875, 0, 1};
   static constexpr std::array<double, 4> kPushes{0.17, 0.33, 0.58, 0.83};  // of `apart`: what ends are pushed by
@@ -176,6 +179,7 @@ private:
     std::vector<Corner> result;
     for (const auto& [p, place] : places_) {  // in any order
       looked();
+      if (place.panels.size() > kMostPanels) continue;
       rays_.clear();
       add_ends(p);
       add_through(p, false);
@@ -191,10 +195,16 @@ private:
   /// What the sharp corners count around the columns in question, each 1 to 2; `target`: if they were there.
   [[nodiscard]] double sharpness(const Candidate& c, const GridPoint* target) {
     double sum = 0;
+    const std::int32_t first = lowest_, last = lowest_ + std::int32_t(steps_.size()) - 1;
     const auto add = [&](const GridPoint& p) {
+      // What stands in slabs farther off does not change.
+      rays_.erase(std::remove_if(rays_.begin(), rays_.end(),
+                                 [&](const Ray& r) { return r.last < first - 1 || r.first > last + 1; }),
+                  rays_.end());
+      if (rays_.size() > kMostPanels) return;
       if (target != nullptr)
         for (Ray& r : rays_)
-          if (r.far == c.v || r.far == c.w) r.far = *target;
+          if ((r.far == c.v || r.far == c.w) && r.last >= first && r.first <= last) r.far = *target;
       rays_.erase(std::remove_if(rays_.begin(), rays_.end(), [&](const Ray& r) { return r.far == p; }), rays_.end());
       add_through(p, target != nullptr);
       for_each_sharp(
@@ -234,7 +244,7 @@ private:
   }
   /// As find_pair. Where more than two edges of a slab meet, the column stays.
   [[nodiscard]] bool find_simple(const Candidate& c) {
-    if (!find_pair(c)) return false;
+    if (!find_pair(c) || moving_.size() > kMostPanels) return false;
     return std::all_of(steps_.begin(), steps_.end(), [&](const Step& step) {
       const Sheet& sheet = sheets_[step.slab];
       return (step.v == kNone || sheet.edges_at[std::size_t(step.v)].size() == 2) &&
@@ -262,6 +272,20 @@ private:
       return true;
     }
     return false;
+  }
+  /// Do corners of the contours stay where they are, and straight walls on their lines, if the pair goes there?
+  [[nodiscard]] bool stays_in_shape(const GridPoint& target) const {
+    const auto stays = [&](const Sheet& sheet, std::int32_t v) {
+      if (v == kNone || sheet.point(v) == target) return true;
+      const std::vector<std::int32_t>& edges = sheet.edges_at[std::size_t(v)];
+      const GridPoint &a = sheet.point(sheet.other_end(edges[0], v)), &b = sheet.point(sheet.other_end(edges[1], v));
+      const ContourShape shape = contour_shape(sheet.point(v), a, b);
+      return shape == ContourShape::Curved ||
+             (shape == ContourShape::Straight && line_distance(target, a, b) <= kOnLine);
+    };
+    return std::all_of(steps_.begin(), steps_.end(), [&](const Step& step) {
+      return stays(sheets_[step.slab], step.v) && stays(sheets_[step.slab], step.w);
+    });
   }
   void settle(const Candidate& c, const GridPoint& t) {
     apply(c, t);
@@ -342,7 +366,7 @@ private:
       if (!find_simple(c)) continue;
       std::array<std::pair<double, GridPoint>, 3> targets{
           {{0, c.v}, {0, c.w}, {0, contour_point_between(c.v, c.w, 0.5)}}};
-      for (auto& target : targets) target.first = change(target.second);
+      for (auto& target : targets) target.first = stays_in_shape(target.second) ? change(target.second) : HUGE_VAL;
       std::stable_sort(targets.begin(), targets.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
       reach_near_ = c.distance;
       const double before = sharpness(c, nullptr);
@@ -364,6 +388,7 @@ private:
   /// Leads a panel through y. `stays`: the vertex does not move afterwards.
   bool lead(std::int32_t k, const GridPoint& y, std::size_t slab, std::vector<Lead>& leads, bool stays) {
     const Panel& panel = panels_[std::size_t(k)];
+    if (panel.last - panel.first >= kMostSlabs) return false;
     moving_.clear();
     if (stays && is_crowded(y, panel.first, panel.last, {0, slab, y, y}, k)) return false;
     if (!lead_through(k, y, *changed_)) return false;

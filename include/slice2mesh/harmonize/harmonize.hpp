@@ -35,6 +35,9 @@ struct HarmonizeOptions {
   double contour_size = 0;  ///< mm, >= 0: longest edge of a contour; 0: no limit
   /// Merge contour vertices that are close, in all slabs (with eps and contour_size above 0).
   bool merge_columns = true;
+  /// Open sharp corners between contours of neighboring slabs (where columns are merged). Not by default: it takes a
+  /// tenth more time, and where there is not work for all, the smallest dihedral angle may be a little smaller.
+  bool open_corners = false;
 };
 
 /// The contours of all slabs, harmonized.
@@ -47,6 +50,7 @@ struct Contours {
   std::vector<double> deviation;  ///< #S, mm: Hausdorff distance to the input slice, both ways
   double thickness = 0;           ///< median of the slabs, mm
   double eps = 0;                 ///< mm, as asked for; 0: exact mode
+  bool corners_opened = false;    ///< sharp corners between them are opened; improvement makes none
   double tolerance = 0;           ///< mm, in force: eps, or the smallest tolerance of the grid
   /// As chosen by make_slabs.
   ZConvention z_convention = ZConvention::Bottom;
@@ -409,7 +413,10 @@ inline void open_corners(Contours& contours, const LayerRegions& input, double e
       detail::adopt_ways(result, input, eps, longest, progress);
       detail::merge_columns(result, input, eps, longest, diagnostics, progress);
     }
-    detail::open_corners(result, input, eps, longest, diagnostics, progress);
+    if (options.open_corners) {
+      detail::open_corners(result, input, eps, longest, diagnostics, progress);
+      result.corners_opened = true;
+    }
   }
   if (finest < longest)
     for (Outline& outline : result.outlines) {

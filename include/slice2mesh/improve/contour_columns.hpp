@@ -70,7 +70,10 @@ public:
     find_shapes();
     find_columns();
     find_groups();
-    find_corners();
+    if (contours.corners_opened)
+      find_corners();
+    else
+      corner_start_.assign(columns_.size() + 1, 0);
     old_.assign(points_.size(), {});
     stamp_of_.assign(points_.size(), 0);
   }
