@@ -447,6 +447,7 @@ private:
     }
     // Best if the corner itself goes there: that needs no more vertices.
     std::vector<GridPoint> targets;
+    targets.reserve(ways.size());
     for (const Way& way : ways) targets.push_back(way.to);
     if (move_to({0, c.slab, c.v, c.v}, targets, false)) return true;
     std::stable_sort(ways.begin(), ways.end(), [](const Way& a, const Way& b) { return a.cost < b.cost; });
