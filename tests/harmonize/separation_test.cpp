@@ -228,12 +228,13 @@ struct Opened {
   Contours contours;
   std::vector<char> changed;
 };
-/// Contours whose slices are what they are, with the corners between them opened as harmonization does it.
-Opened open_corners(const Contours& contours, const std::vector<char>& frozen) {
-  const double eps = contours.tolerance / contours.grid.pitch;
+/// Contours whose slices are what they are, with the corners between them opened as harmonization does it. `longest`:
+/// mm.
+Opened open_corners(const Contours& contours, const std::vector<char>& frozen, double longest = 1.01) {
+  const double pitch = contours.grid.pitch;
   Opened result{contours, {}};
   detail::CornerOpener opener(result.contours.outlines, contours.outlines, contours.slabs, frozen,
-                              {4 * eps, 0.97 * eps, 0.97 * eps, 0.5 * eps, 1 / contours.grid.pitch * 1.01, 0.9 * eps});
+                              detail::corner_limits(contours.tolerance / pitch, longest / pitch));
   opener.run(result.changed, [] {});
   return result;
 }
@@ -293,6 +294,13 @@ TEST_CASE("a sharp corner that no way within the tolerance widens stays") {
   const Opened opened = open_corners(contours, {0, 0});
   CHECK(measure_separation(opened.contours).between.sharp == 1);
   CHECK(largest_deviation(opened.contours, contours.outlines) <= 1);
+}
+
+TEST_CASE("chamfers and straight walls stay where nothing is sharp") {
+  const std::vector<std::array<double, 2>> chamfered{{0.2, 0}, {3.8, 0}, {4, 0.2}, {4, 3.8},
+                                                     {3.8, 4}, {0.2, 4}, {0, 3.8}, {0, 0.2}};
+  const Contours contours = contours_of({{chamfered}, {chamfered}, {chamfered}}, 0.1);
+  CHECK(open_corners(contours, std::vector<char>(3, 0), 100).contours.outlines == contours.outlines);
 }
 
 TEST_CASE("corners between contours of slice files are opened", "[corpus]") {

@@ -496,7 +496,7 @@ protected:
     Panel& panel = panels_[std::size_t(first)];
     const GridPoint end = panels_[std::size_t(second)].b;
     Place& at_end = places_[end];
-    for (std::int32_t s = panel.first; s <= panel.last; ++s) {
+    for (std::int32_t s = panel.last; s >= panel.first; --s) {  // what is taken out last is at the end of its list
       looked();
       const auto of_slab = std::size_t(s);
       Sheet& sheet = sheets_[of_slab];

@@ -310,13 +310,16 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
                     "contour vertices are not merged over the slabs: slabs got too far from their slices");
 }
 
+/// Limits in force where corners are opened.
+[[nodiscard]] inline ColumnLimits corner_limits(double eps, double longest) {
+  return {kTidyShare * eps, kColumnDeviation * eps, kColumnMost * eps, kCornerClearance * eps,
+          longest,          kCornerApart * eps};
+}
 /// Opens sharp corners between the contours of neighboring slabs (see CornerOpener).
 inline void open_corners(Contours& contours, const LayerRegions& input, double eps, double longest,
                          Diagnostics& diagnostics, const Progress& progress) {
   if (!(longest < double(kGridLimit))) return;
-  const ColumnLimits limits{kTidyShare * eps, kColumnDeviation * eps, kColumnMost * eps, kCornerClearance * eps,
-                            longest,          kCornerApart * eps};
-  if (!change_columns<CornerOpener>(contours, input, eps, limits, progress))
+  if (!change_columns<CornerOpener>(contours, input, eps, corner_limits(eps, longest), progress))
     diagnostics.add(Severity::Note, Stage::Harmonize, "corners_not_opened",
                     "sharp corners between contours are not opened: slabs got too far from their slices");
 }

@@ -749,16 +749,21 @@ private:
     return degrees < kSeparationAngle ? 2 - degrees / kSeparationAngle : 0;
   }
   /// Do corners between contours of neighboring slabs get no sharper in all?
-  [[nodiscard]] bool corners_stay() const {
-    double change = 0;
+  [[nodiscard]] bool corners_stay() {
+    concerned_.clear();
     for (const std::int32_t c : columns_[taken_].group)
-      for (std::uint32_t i = corner_start_[std::size_t(c)]; i < corner_start_[std::size_t(c) + 1]; ++i) {
-        const Corner& corner = corners_[corners_at_[i]];
-        const std::int32_t p = columns_[std::size_t(corner.at)].vertices.front(),
-                           a = columns_[std::size_t(corner.a)].vertices.front(),
-                           b = columns_[std::size_t(corner.b)].vertices.front();
-        change += sharpness(point(p), point(a), point(b)) - sharpness(old_point(p), old_point(a), old_point(b));
-      }
+      concerned_.insert(concerned_.end(), corners_at_.begin() + std::ptrdiff_t(corner_start_[std::size_t(c)]),
+                        corners_at_.begin() + std::ptrdiff_t(corner_start_[std::size_t(c) + 1]));
+    std::sort(concerned_.begin(), concerned_.end());
+    concerned_.erase(std::unique(concerned_.begin(), concerned_.end()), concerned_.end());
+    double change = 0;
+    for (const std::uint32_t i : concerned_) {
+      const Corner& corner = corners_[i];
+      const std::int32_t p = columns_[std::size_t(corner.at)].vertices.front(),
+                         a = columns_[std::size_t(corner.a)].vertices.front(),
+                         b = columns_[std::size_t(corner.b)].vertices.front();
+      change += sharpness(point(p), point(a), point(b)) - sharpness(old_point(p), old_point(a), old_point(b));
+    }
     return change <= 0;
   }
   /// Do vertices of straight walls stay on their lines?
@@ -888,6 +893,7 @@ private:
   std::size_t way_doubt_ = 0, slice_doubt_ = 0;          // of changing_, of its sites: what was in the way last
   std::vector<std::int32_t> own_, other_;                // chains in question
   std::vector<std::pair<Site, GridPoint>> moved_sites_;  // and where they go
+  std::vector<std::uint32_t> concerned_;                 // corners that change with it, each once
   std::vector<Segment> before_, now_;
   std::vector<std::pair<std::int32_t, Int128>> gains_;  // slabs, and twice the area that they gain
 };
