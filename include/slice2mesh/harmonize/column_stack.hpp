@@ -278,13 +278,19 @@ protected:
     if (listen_ != nullptr) (*listen_)(count);
   }
 
-  /// Finds the slabs that have v, or w, or both: from `slab` up and down. False if `slab` has neither.
+  /// Slabs of a column that is to be parted.
+  struct Part {
+    std::size_t first = 0, last = SIZE_MAX;
+  };
+  [[nodiscard]] bool is_in_part(std::size_t slab) const { return part_.first <= slab && slab <= part_.last; }
+
+  /// Finds the slabs that have v, or w, or both: from `slab` up and down, within `part_`. False if `slab` has neither.
   bool find_steps(std::size_t slab, const Place& v, const Place& w) {
     steps_.clear();
     const std::vector<Standing>&at_v = v.standing, &at_w = w.standing;
     const auto from_v = first_from(slab, at_v), from_w = first_from(slab, at_w);
     const auto add = [&](std::size_t s, const Standing* here_v, const Standing* here_w) {
-      if (here_v == nullptr && here_w == nullptr) return false;
+      if ((here_v == nullptr && here_w == nullptr) || !is_in_part(s)) return false;
       steps_.push_back({s, here_v != nullptr ? here_v->vertex : kNone, here_w != nullptr ? here_w->vertex : kNone,
                         here_v != nullptr ? here_v->drift : 0, here_w != nullptr ? here_w->drift : 0});
       return true;
@@ -483,6 +489,41 @@ protected:
     there.panels.push_back(added);
     put_panel(added);
     return true;
+  }
+
+  /// Parts the panels that end in p and stand in `slab` and in the one above: what was added are the upper parts.
+  void part_panels(const GridPoint& p, std::size_t slab) {
+    const std::size_t count = panels_.size();
+    for (const std::int32_t k : places_[p].panels) {
+      looked();
+      Panel& panel = panels_[std::size_t(k)];
+      if (std::size_t(panel.first) > slab || std::size_t(panel.last) <= slab) continue;
+      Panel upper = panel;
+      upper.first = std::int32_t(slab) + 1;
+      panel.last = std::int32_t(slab);
+      panels_.push_back(upper);
+      found_.push_back(0);
+    }
+    for (std::size_t k = count; k < panels_.size(); ++k) {
+      for (const GridPoint& end : {panels_[k].a, panels_[k].b}) places_[end].panels.push_back(std::int32_t(k));
+      put_panel(std::int32_t(k));
+    }
+  }
+  /// Takes that back; `count`: how many panels there were before.
+  void join_panels(std::size_t count) {
+    for (std::size_t k = panels_.size(); k-- > count;) {
+      looked();
+      const Panel upper = panels_[k];
+      for (const std::int32_t below : place_of(upper.a).panels) {
+        Panel& panel = panels_[std::size_t(below)];
+        if (panel.a == upper.a && panel.b == upper.b && panel.last == upper.first - 1) panel.last = upper.last;
+      }
+      for (const GridPoint& end : {upper.a, upper.b}) {
+        std::vector<std::int32_t>& panels = places_[end].panels;
+        panels.erase(std::find(panels.begin(), panels.end(), std::int32_t(k)));
+      }
+      found_[k] = UINT32_MAX;  // never found again
+    }
   }
 
   /// Takes out the vertex y that a panel was led through last, in `slab` among others.
@@ -716,6 +757,7 @@ protected:
   };
   Left left_;
   std::vector<Step> steps_;
+  Part part_;
   std::vector<std::pair<GridPoint, GridPoint>> old_, now_;
   Poll* listen_ = nullptr;  // while it runs
 };

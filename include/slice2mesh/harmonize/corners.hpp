@@ -40,6 +40,7 @@ public:
     reach_ = kFarthest * limits_.apart;
     clearance_ = limits_.clearance;
     changed_ = &changed;
+    touched_.assign(bucket_.size(), 0);
     work(changed, poll, [&] {
       open_all(kRounds);
       tidy();
@@ -53,11 +54,18 @@ private:
   static constexpr std::size_t kMostPanels = 64;  // where more end in one place, nothing moves, and none is asked about
   static constexpr double kFarthest = 16;         // of `apart`: what a column moves in all
   static constexpr double kMargin = 1;            // degrees more than asked for
-  static constexpr double kLeastGain = 0.5;       // see sharpness
+  static constexpr double kNear = 4;         // of `apart`: what happens farther from a corner does not matter to it
+  static constexpr double kLeastGain = 0.5;  // see sharpness
   /// Shares of a way between two edges that it has of the second one.
   static constexpr std::array<double, 9> kShares{0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875, 0, 1};
   static constexpr std::array<double, 4> kPushes{0.17, 0.33, 0.58, 0.83};  // of `apart`: what ends are pushed by
   static constexpr double kWidestTip = 1.7;                                // of `apart`: that is closed
+
+  /// What is tried where a column goes in two: what they are apart, in `apart`, and in shares of that, how much farther
+  /// the one that moves stands along the contours, and where before they part.
+  static constexpr std::array<double, 4> kGaps{1.05, 1.3, 1.6, 2}, kAlongs{0, 0.5, 1, -0.4};
+  static constexpr std::array<double, 2> kBefore{1.6, 1.2};
+  static constexpr double kNearby = 1.06;  // of that: a vertex that is this near may stand for it
 
   /// An edge from a place, in some slabs. `through`: the panel that passes through the place and has no vertex there.
   struct Ray {
@@ -221,6 +229,14 @@ private:
     }
     rays_.clear();
     add_ends(c.v);
+    if (target != nullptr && is_parted()) {
+      const auto moved = [&](const Ray& r) { return is_in_part(std::size_t(r.first)); };
+      rays_.erase(std::remove_if(rays_.begin(), rays_.end(), moved), rays_.end());
+      add(c.v);
+      rays_.clear();
+      add_ends(c.v);
+      rays_.erase(std::remove_if(rays_.begin(), rays_.end(), std::not_fn(moved)), rays_.end());
+    }
     if (target == nullptr) {
       add(c.v);
       rays_.clear();
@@ -237,6 +253,16 @@ private:
     for (const std::int32_t k : place_of(p).panels) {
       const Panel& panel = panels_[std::size_t(k)];
       if ((panel.a == p ? panel.b : panel.a) == q && std::size_t(panel.first) <= slab &&
+          slab <= std::size_t(panel.last))
+        return k;
+    }
+    return kNone;
+  }
+  /// The other panel of a slab that ends in p, beside the one to q; kNone if there is none.
+  [[nodiscard]] std::int32_t next_panel(const GridPoint& p, const GridPoint& q, std::size_t slab) const {
+    for (const std::int32_t k : place_of(p).panels) {
+      const Panel& panel = panels_[std::size_t(k)];
+      if ((panel.a == p ? panel.b : panel.a) != q && std::size_t(panel.first) <= slab &&
           slab <= std::size_t(panel.last))
         return k;
     }
@@ -263,11 +289,11 @@ private:
       if (std::any_of(moving_.begin(), moving_.end(),
                       [&](const Moving& m) { return distance(m.x, t) < limits_.apart; }))
         continue;
+      if (added && is_crowded(t, lowest_, lowest_ + std::int32_t(steps_.size()) - 1, c, kNone)) continue;
       if (sharpness(c, &t) > before - kLeastGain) continue;
       if (near_.empty()) find_all_near();
-      if (added ? is_crowded(t, lowest_, lowest_ + std::int32_t(steps_.size()) - 1, c, kNone) : gets_crowded(c, t))
-        continue;
-      if (!possible(c, t)) continue;
+      if (!added && gets_crowded(c, t)) continue;
+      if ((is_parted() && !parts_cleanly(c.v, t)) || !possible(c, t)) continue;
       settle(c, t);
       return true;
     }
@@ -288,6 +314,8 @@ private:
     });
   }
   void settle(const Candidate& c, const GridPoint& t) {
+    for (const GridPoint& p : {c.v, c.w, t}) touch(p);
+    for (const Moving& m : moving_) touch(m.x);
     apply(c, t);
     for (const Step& step : steps_) (*changed_)[step.slab] = 1;
   }
@@ -330,15 +358,27 @@ private:
   }
 
   void open_all(int rounds) {
-    for (int round = 0; round < rounds; ++round) {
+    for (int i = 0; i < rounds; ++i) {
       std::size_t opened = 0;
+      ++round_;
       for (const Corner& corner : sharp_corners()) {
         looked(16);
+        if (!may_have_changed(corner)) continue;
         if (open(corner)) ++opened;
       }
       if (opened == 0) break;
     }
   }
+  /// Has anything moved near a corner since it was tried last?
+  [[nodiscard]] bool may_have_changed(const Corner& c) const {
+    if (round_ == 1) return true;
+    const auto near = std::int64_t(kNear * limits_.apart + std::max(distance(c.v, c.a), distance(c.v, c.b)));
+    return buckets_.any_on(c.v, c.v, near, [&](std::size_t bucket) {
+      looked();
+      return touched_[bucket] + 1 >= round_;
+    });
+  }
+  void touch(const GridPoint& p) { touched_[buckets_.of(p)] = round_; }
   /// Merges the ends of short edges where no corner gets sharper by it.
   void tidy() {
     struct Short {
@@ -409,12 +449,71 @@ private:
     take_back_all(leads);
     return false;
   }
+  [[nodiscard]] bool is_parted() const { return part_.first > 0 || part_.last < slabs_.size(); }
+  /// Is the rest of a column that is parted out of the way of what moves?
+  [[nodiscard]] bool parts_cleanly(const GridPoint& v, const GridPoint& target) const {
+    for (const Moving& m : moving_) {
+      if (segment_distance(v, target, m.x) < limits_.clearance) return false;
+      for (const Panel& other : near_) {
+        if (other.a != v && other.b != v) continue;
+        if (is_in_part(std::size_t(other.first))) continue;
+        const GridPoint& x = other.a == v ? other.b : other.a;
+        if (x == m.x ? orientation(x, v, target) == 0 : segments_meet(target, m.x, v, x)) return false;
+      }
+    }
+    return true;
+  }
+  /// The contours part where they come together: the column goes in two, below and above the plane, and one of them
+  /// away from the other.
+  bool part(const Corner& c) {
+    // Along both, and from the one above to the one below.
+    const double length_a = distance(c.v, c.a), length_b = distance(c.v, c.b);
+    double x = double(c.a.x - c.v.x) / length_a + double(c.b.x - c.v.x) / length_b,
+           y = double(c.a.y - c.v.y) / length_a + double(c.b.y - c.v.y) / length_b;
+    const double length = std::hypot(x, y), turn = cross(c.v, c.a, c.b) > 0 ? 1 : -1;
+    x /= length;
+    y /= length;
+    for (const bool upper : {false, true})
+      for (const double gap : kGaps)
+        for (const double along : kAlongs) {
+          const double far = gap * limits_.apart, aside = upper ? -turn : turn;
+          const GridPoint target =
+              rounded(double(c.v.x) + far * (along * x + aside * y), double(c.v.y) + far * (along * y - aside * x));
+          for (const double before : kBefore)
+            if (part(c, upper, target, (before - along) * far)) return true;
+        }
+    return false;
+  }
+  /// Moves one of the parts to the target. The contours stay together up to `before` (about) from where the corner is,
+  /// if they are together there.
+  bool part(const Corner& c, bool upper, const GridPoint& target, double before) {
+    const std::size_t slab = c.slab + (upper ? 1 : 0);
+    const std::int32_t back = next_panel(c.v, upper ? c.b : c.a, slab);
+    if (back == kNone) return false;
+    const Panel& panel = panels_[std::size_t(back)];
+    const GridPoint u = panel.a == c.v ? panel.b : panel.a;
+    const double length = distance(c.v, u);
+    std::vector<Lead> leads;
+    if (length > kNearby * before) {
+      if (before < limits_.apart || length < before + limits_.apart) return false;
+      if (!lead(back, contour_point_between(c.v, u, before / length), slab, leads, true)) return false;
+    }
+    const std::size_t count = panels_.size();
+    part_panels(c.v, c.slab);
+    part_ = upper ? Part{c.slab + 1, SIZE_MAX} : Part{0, c.slab};
+    const bool parted = move_to({0, slab, c.v, c.v}, {target}, true);
+    part_ = {};
+    if (parted) return true;
+    join_panels(count);
+    take_back_all(leads);
+    return false;
+  }
   bool open_at_vertex(const Corner& c) {
     const std::int32_t k = panel_between(c.v, c.a, c.slab), l = panel_between(c.v, c.b, c.slab + 1);
     if (k == kNone || l == kNone) return false;  // something has changed meanwhile
     const Panel below = panels_[std::size_t(k)], above = panels_[std::size_t(l)];
     if (std::size_t(below.last) > c.slab || std::size_t(above.first) <= c.slab) return false;
-    return go_together(c, k, l) || push_apart(c) || close_tip(c, k, l);
+    return go_together(c, k, l) || push_apart(c) || close_tip(c, k, l) || part(c);
   }
   /// Leads both edges on one way until the rest of them makes a wide enough angle.
   bool go_together(const Corner& c, std::int32_t k, std::int32_t l) {
@@ -501,7 +600,9 @@ private:
     return false;
   }
 
-  std::vector<char>* changed_ = nullptr;               // see run
+  std::vector<char>* changed_ = nullptr;  // see run
+  int round_ = 0;
+  std::vector<int> touched_;                           // of the buckets: the last round in which something moved there
   std::vector<Ray> rays_;                              // around the place in question
   std::vector<std::int32_t> passing_;                  // panels, see add_through
   std::vector<std::int32_t> planes_;                   // where the rays may differ, by the slab below

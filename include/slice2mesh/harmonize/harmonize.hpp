@@ -37,7 +37,7 @@ struct HarmonizeOptions {
   bool merge_columns = true;
   /// Open sharp corners between contours of neighboring slabs (where columns are merged). Not by default: it takes a
   /// tenth more time, and where there is not work for all, the smallest dihedral angle may be a little smaller.
-  bool open_corners = false;
+  bool open_corners = true;
 };
 
 /// The contours of all slabs, harmonized.
@@ -85,7 +85,7 @@ inline constexpr double kApartShare = 1.1;        // columns nearer than this to
 // Where corners are opened: edges shorter than this go if they can, ...
 inline constexpr double kTidyShare = 4;
 inline constexpr double kCornerClearance = 0.5;    // ... vertices keep this distance from edges, ...
-inline constexpr double kCornerApart = 0.9;        // ... and this one from each other
+inline constexpr double kCornerApart = 1.0;        // ... and this one from each other
 inline constexpr double kResolutionShare = 0.005;  // resolution of the measured deviation ...
 inline constexpr double kFineShare = 0.0001;       // ... and where that does not tell it from eps
 

@@ -75,9 +75,13 @@ public:
       for (; round < last && !exhausted(); ++round) {
         share_ = double(round) / double(options_.rounds);
         report(progress_, Stage::Improve, share_);
-        // Free vertices have their turn before contours. When all is polished, contours soon rest where nothing is bad.
-        const bool contours = columns_ && round >= kFirstColumnRound;
-        const double column_floor = round < first + kColumnRounds ? floor_ : std::max(floor_, bad_);
+        // At first only what gains most for its work is polished. Free vertices have their turn before contours, and
+        // contours soon rest where nothing is bad.
+        const bool begins = polishing && round == first;
+        flip_floor_ = begins ? std::max(floor_, kFlippedFirst) : floor_;
+        const bool contours = columns_ && round >= kFirstColumnRound,
+                   all = !begins && round < first + kColumnRounds + (polishing ? 1 : 0);
+        const double column_floor = all ? floor_ : std::max(floor_, bad_);
         // What is flat has to be flipped before its vertices can do anything; later, smoothing gains most for its work.
         std::size_t done = 0;  // one after the other: the operands of a sum have no order
         if (!polishing) done += flip_round();
@@ -122,14 +126,14 @@ private:
   std::size_t for_bad(double least, std::uint32_t TetGraph::Element::*tried, Try&& attempt) {
     std::vector<std::int32_t> bad[3];
     for (std::int32_t t = 0; t < std::int32_t(graph_.size()); ++t)
-      if (graph_.badness(t) > least && graph_.alive(t) && graph_.changed(graph_[t].v) > graph_[t].*tried)
+      if (graph_.badness(t) > least && (graph_[t].*tried == 0 || graph_.changed(graph_[t].v) > graph_[t].*tried))
         bad[rank(graph_.badness(t))].push_back(t);
     std::size_t done = 0;
     for (const std::vector<std::int32_t>& tets : bad)
       for (const std::int32_t t : tets) {
         poll();
         if (exhausted()) return done;
-        if (!graph_.alive(t) || !(graph_.badness(t) > least)) continue;
+        if (!(graph_.badness(t) > least)) continue;
         if (attempt(t))
           ++done;
         else
@@ -138,7 +142,7 @@ private:
     return done;
   }
   std::size_t flip_round() {
-    return for_bad(floor_, &TetGraph::Element::tried_flip, [&](std::int32_t t) { return flips_.flip(t); });
+    return for_bad(flip_floor_, &TetGraph::Element::tried_flip, [&](std::int32_t t) { return flips_.flip(t); });
   }
 
   // --- moves
@@ -254,7 +258,7 @@ private:
     const double floor = floor_ < kBad ? kSmoothed : floor_;
     std::vector<std::uint8_t> worst(kind_.size(), 3);
     for (std::int32_t t = 0; t < std::int32_t(graph_.size()); ++t)
-      if (graph_.badness(t) > floor && graph_.alive(t))
+      if (graph_.badness(t) > floor)
         for (const std::int32_t v : graph_[t].v)
           worst[std::size_t(v)] = std::min(worst[std::size_t(v)], std::uint8_t(rank(graph_.badness(t))));
     std::array<std::vector<std::int32_t>, 3> order;
@@ -347,7 +351,7 @@ private:
   std::size_t column_round(double floor) {
     std::vector<double> worst(columns_->size(), 0);
     for (std::int32_t t = 0; t < std::int32_t(graph_.size()); ++t)
-      if (graph_.badness(t) > floor && graph_.alive(t))
+      if (graph_.badness(t) > floor)
         for (const std::int32_t v : graph_[t].v)
           if (columns_->of(v) != kNone) {
             double& w = worst[std::size_t(columns_->of(v))];
@@ -529,7 +533,8 @@ private:
   static constexpr double kVeryBad = 8;                ///< R/3r
   static constexpr double kBad = 3;                    ///< R/3r; what is above is worked on first; see bad_
   static constexpr double kSmoothed = 1.4;  ///< R/3r; all above is smoothed at last: a little more than that of columns
-  static constexpr double kFullWork = 10;   ///< ratings per tet: all have their turn
+  static constexpr double kFlippedFirst = 1.9;     ///< R/3r above which tets are flipped when polishing begins
+  static constexpr double kFullWork = 10;          ///< ratings per tet: all have their turn
   static constexpr double kColumnRatio = 0.39;     ///< R/3r of a column over its length in thicknesses, for long ones
   static constexpr double kWorseThanColumn = 1.5;  ///< times the R/3r of a column: what is worse may be helped
   static constexpr std::int32_t kFirstColumnRound = 2;  ///< from 0; flips and free vertices have their turn before
@@ -556,7 +561,7 @@ private:
   std::vector<std::int32_t> gone_;  // #V, the vertex it went into
   std::unique_ptr<ContourColumns> columns_;
   double bad_ = kBad, very_bad_ = kVeryBad;  // R/3r
-  double floor_ = kBad;                      // R/3r, of what is worked on
+  double floor_ = kBad, flip_floor_ = kBad;  // R/3r, of what is worked on, and of what is flipped
   std::int64_t next_poll_ = 0;
   std::vector<std::uint32_t> tried_smooth_, tried_pairs_, tried_column_;  // stamps
   StarCost star_;                                                         // of the vertex in question

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "slice2mesh/arrange/exact.hpp"
+#include "slice2mesh/arrange/snap_rounding.hpp"
 #include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/core/progress.hpp"
@@ -107,6 +108,7 @@ public:
   [[nodiscard]] Element& operator[](std::int32_t t) { return elements_[std::size_t(t)]; }
   [[nodiscard]] bool alive(std::int32_t t) const { return elements_[std::size_t(t)].v[0] != kNone; }
   [[nodiscard]] Cell cell(std::int32_t t) const { return {(*this)[t].slab, (*this)[t].region}; }
+  /// The rating of a tet; 0 where there is none any more.
   [[nodiscard]] double badness(std::int32_t t) const { return badness_[std::size_t(t)]; }
   [[nodiscard]] static bool has(const Tet& t, std::int32_t v) {
     return t[0] == v || t[1] == v || t[2] == v || t[3] == v;
@@ -322,16 +324,31 @@ private:
     }
     open_.push_back(face);
   }
-  /// Every face at its lowest vertex.
+  /// Every face at its lowest vertex, where it waits for the other tet by its other two.
   void find_neighbors(Poll& listen) {
+    std::vector<std::uint64_t> keys;
     for (std::size_t v = 0; v < stars_.size(); ++v) {
       listen();
       open_.clear();
+      keys.clear();
       for (const std::int32_t t : stars_[v])
         for (std::size_t i = 0; i < 4; ++i) {
           if ((*this)[t].v[i] == std::int32_t(v)) continue;
           const Face face = face_of(t, i);
-          if (face.a == std::int32_t(v)) join(face);
+          if (face.a != std::int32_t(v)) continue;
+          const std::uint64_t key = packed(face.b, face.c);
+          const auto other = std::size_t(std::find(keys.begin(), keys.end(), key) - keys.begin());
+          if (other == keys.size()) {
+            open_.push_back(face);
+            keys.push_back(key);
+            continue;
+          }
+          across(face) = open_[other].tet;
+          across(open_[other]) = face.tet;
+          open_[other] = open_.back();
+          open_.pop_back();
+          keys[other] = keys.back();
+          keys.pop_back();
         }
     }
   }
@@ -343,6 +360,7 @@ private:
       changed_[std::size_t(v)] = stamp_;
     }
     (*this)[t].v[0] = kNone;
+    badness_[std::size_t(t)] = 0;
     unused_.push_back(t);
   }
   std::int32_t add(const Tet& tet, const Cell& cell, double badness) {

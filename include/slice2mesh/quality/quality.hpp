@@ -179,6 +179,25 @@ inline constexpr double kShortEdge = 0.2;
   return figures;
 }
 
+/// Finds the bin of a value, without branches: values come in no order, and a processor would guess them wrongly.
+class BinFinder {
+public:
+  /// `edges`: at most 63 inner edges of the bins, descending. A value that is an edge belongs to the bin behind it.
+  explicit BinFinder(const std::vector<double>& edges) {
+    edges_.fill(std::numeric_limits<double>::quiet_NaN());  // not at least anything
+    std::copy(edges.begin(), edges.end(), edges_.begin());
+  }
+  /// How many edges are not below the value.
+  [[nodiscard]] std::size_t operator()(double value) const {
+    std::size_t bin = 0;
+    for (std::size_t step = 32; step > 0; step /= 2) bin += edges_[bin + step - 1] >= value ? step : 0;
+    return bin;
+  }
+
+private:
+  std::array<double, 64> edges_;
+};
+
 /// Finds slabs by height.
 class SlabFinder {
 public:
@@ -251,6 +270,11 @@ private:
   std::vector<detail::CompensatedSum> slab_volume(mesh.slabs.size());
   std::vector<detail::CompensatedSum> region_volume(mesh.regions.size());
   detail::CompensatedSum volume;
+  const detail::BinFinder angle_bin_of(cotangents);
+  std::vector<double> negative;  // inner edges of the bins, descending
+  for (std::size_t i = 1; i + 1 < report.ratio_histogram.edges.size(); ++i)
+    negative.push_back(-report.ratio_histogram.edges[i]);
+  const detail::BinFinder negative_ratio_bin_of(negative);
   double largest_cotangent = -kInfinity;
   double smallest_cotangent = kInfinity;
   detail::Poll listen(poll, 1 << 13);
@@ -261,18 +285,13 @@ private:
     for (std::size_t i = 0; i < 4; ++i) p[i] = detail::vertex_of(mesh, t, i);
     const detail::TetFrame frame = detail::tet_frame(p);
     ratios[t] = frame.radius_ratio >= 1 ? frame.radius_ratio : (frame.radius_ratio < 1 ? 1 : kInfinity);
-    const std::vector<double>& edges = report.ratio_histogram.edges;
-    const auto bin = std::upper_bound(edges.begin() + 1, edges.end() - 1, ratios[t]) - edges.begin() - 1;
-    ++report.ratio_histogram.counts[static_cast<std::size_t>(bin)];
+    ++report.ratio_histogram.counts[negative_ratio_bin_of(-ratios[t])];
     if (frame.determinant > 0) {
       for (std::size_t e = 0; e < 6; ++e) {
         const double cotangent = detail::dihedral_cotangent(frame, e);
         largest_cotangent = std::max(largest_cotangent, cotangent);
         smallest_cotangent = std::min(smallest_cotangent, cotangent);
-        const auto angle_bin = std::lower_bound(cotangents.begin(), cotangents.end(), cotangent,
-                                                [](double edge, double value) { return edge >= value; }) -
-                               cotangents.begin();
-        ++report.dihedral_histogram.counts[static_cast<std::size_t>(angle_bin)];
+        ++report.dihedral_histogram.counts[angle_bin_of(cotangent)];
       }
     } else {
       ++report.not_positive;
