@@ -254,29 +254,39 @@ private:
 
 namespace detail {
 
-/// Numbers different points, from 0 on, in the order in which they come.
-class PointNumbers {
+/// The hash of a number, for Numbers.
+[[nodiscard]] constexpr std::size_t hash_of(std::uint64_t key) noexcept {
+  return static_cast<std::size_t>(key);
+}
+/// The hash of a point, for Numbers.
+[[nodiscard]] inline std::size_t hash_of(const GridPoint& p) noexcept {
+  return GridHash{}(p);
+}
+
+/// Numbers different keys, points or numbers, from 0 on, in the order in which they come.
+template <class Key>
+class Numbers {
 public:
-  /// `most`: how many points are asked for, at most.
-  explicit PointNumbers(std::size_t most) {
+  /// `most`: how many keys are asked for, at most.
+  explicit Numbers(std::size_t most) {
     std::size_t size = 16;
     while (size < 2 * most) size *= 2;
     slots_.assign(size, -1);
   }
-  [[nodiscard]] std::int32_t of(const GridPoint& p) {
+  [[nodiscard]] std::int32_t of(const Key& key) {
     // The high bits of a product are the well mixed ones.
-    std::size_t slot = (GridHash{}(p)*0x9E3779B97F4A7C15ULL >> 20) & (slots_.size() - 1);
+    std::size_t slot = (hash_of(key) * 0x9E3779B97F4A7C15ULL >> 20) & (slots_.size() - 1);
     for (; slots_[slot] >= 0; slot = (slot + 1) & (slots_.size() - 1))
-      if (points_[static_cast<std::size_t>(slots_[slot])] == p) return slots_[slot];
-    slots_[slot] = static_cast<std::int32_t>(points_.size());
-    points_.push_back(p);
+      if (keys_[static_cast<std::size_t>(slots_[slot])] == key) return slots_[slot];
+    slots_[slot] = static_cast<std::int32_t>(keys_.size());
+    keys_.push_back(key);
     return slots_[slot];
   }
-  [[nodiscard]] const std::vector<GridPoint>& points() const { return points_; }
+  [[nodiscard]] const std::vector<Key>& keys() const { return keys_; }
 
 private:
   std::vector<std::int32_t> slots_;
-  std::vector<GridPoint> points_;
+  std::vector<Key> keys_;
 };
 
 /// Two numbers as one that sorts like the pair. Precondition: not negative.
@@ -294,12 +304,12 @@ private:
   result.segment_chain.assign(segments.size(), -1);
   std::vector<std::array<std::int32_t, 2>> ends_of(segments.size(), {-1, -1});  // by the index in `hot`
   {
-    PointNumbers numbers(2 * segments.size());
+    Numbers<GridPoint> numbers(2 * segments.size());
     for (std::size_t i = 0; i < segments.size(); ++i) {
       listen();
       if (segments[i].from != segments[i].to) ends_of[i] = {numbers.of(segments[i].from), numbers.of(segments[i].to)};
     }
-    const std::vector<GridPoint>& points = numbers.points();
+    const std::vector<GridPoint>& points = numbers.keys();
     std::vector<std::int32_t> order(points.size()), rank(points.size());
     std::iota(order.begin(), order.end(), 0);
     sort_listening(order.begin(), order.end(), listen, [&](std::int32_t u, std::int32_t v) {
@@ -521,13 +531,13 @@ struct Attachment {
   GridPoint low, high;
   double length = 0;
   if (reach > 0 && !segments.empty()) {
-    detail::PointNumbers numbers(2 * segments.size());
+    detail::Numbers<GridPoint> numbers(2 * segments.size());
     for (const TaggedSegment& s : segments) {
       listen();
       length += detail::distance(s.from, s.to);
       segment_ends.push_back({numbers.of(s.from), numbers.of(s.to)});
     }
-    ends = numbers.points();
+    ends = numbers.keys();
     weak = ends.size();
     ends.insert(ends.end(), attachment.strong.begin(), attachment.strong.end());
     low = high = ends.front();
@@ -552,58 +562,70 @@ struct Attachment {
       items[next[buckets.of(ends[i])]++] = static_cast<std::uint32_t>(i);
     }
   }
-  // What is a segment of the others already keeps to itself: near it are other parts of theirs.
-  std::vector<std::uint64_t> others;
-  const auto ends_of = [&](std::size_t s) {
-    const auto [a, b] = segment_ends[s];
-    return detail::packed(std::min(a, b), std::max(a, b));
+  // Segments with the same ends take the same way, which is looked for once. What is a segment of the others already
+  // keeps to itself: near it are other parts of theirs.
+  struct Way {
+    std::size_t first = SIZE_MAX, last = 0;  // in `ways`
+    bool is_other = false;
   };
-  if (!attachment.strong.empty() && !ends.empty()) {
+  std::vector<Way> way_of;
+  std::vector<std::int32_t> number_of(segments.size(), 0);
+  std::vector<std::size_t> ways, on;
+  if (!ends.empty()) {
+    detail::Numbers<std::uint64_t> numbers(segments.size());
     for (std::size_t s = 0; s < segments.size(); ++s) {
       listen();
-      if (segments[s].tag >= attachment.strong_tags) others.push_back(ends_of(s));
+      const auto [u, v] = segment_ends[s];
+      number_of[s] = numbers.of(detail::packed(std::min(u, v), std::max(u, v)));
+      if (static_cast<std::size_t>(number_of[s]) == way_of.size()) way_of.emplace_back();
+      if (segments[s].tag >= attachment.strong_tags) way_of[static_cast<std::size_t>(number_of[s])].is_other = true;
     }
-    detail::sort_listening(others.begin(), others.end(), listen);
   }
   const auto scaled = [](const GridPoint& p) { return GridPoint{p.x / kContourStep, p.y / kContourStep}; };
-  std::vector<std::size_t> on;
   for (std::size_t index = 0; index < segments.size(); ++index) {
     const TaggedSegment& s = segments[index];
     first_piece.push_back(pieces.size());
-    on.clear();
+    GridPoint last = s.from;
+    const auto go_to = [&](const GridPoint& p) {
+      if (p != last) pieces.push_back({scaled(last), scaled(p), s.tag});
+      last = p;
+    };
     if (!ends.empty() && s.from != s.to) {
-      const bool weak_only =
-          s.tag >= attachment.strong_tags || std::binary_search(others.begin(), others.end(), ends_of(index));
-      const auto pad = static_cast<std::int64_t>(reach) + 1;
-      const GridPoint box_low{std::min(s.from.x, s.to.x) - pad, std::min(s.from.y, s.to.y) - pad};
-      const GridPoint box_high{std::max(s.from.x, s.to.x) + pad, std::max(s.from.y, s.to.y) + pad};
-      buckets.for_each_on(s.from, s.to, pad, [&](std::size_t cell) {
-        listen(start[cell + 1] - start[cell] + 1);
-        for (std::size_t i = start[cell]; i < start[cell + 1]; ++i) {
-          const GridPoint& p = ends[items[i]];
-          if (p.x < box_low.x || p.x > box_high.x || p.y < box_low.y || p.y > box_high.y) continue;
-          if (p == s.from || p == s.to) continue;
-          const bool is_strong = items[i] >= weak;
-          if (is_strong && weak_only) continue;
-          if (detail::dot(s.from, s.to, p) <= 0 || detail::dot(s.to, s.from, p) <= 0) continue;
-          if (detail::segment_distance(p, s.from, s.to) <= (is_strong ? attachment.strong_near : attachment.near))
-            on.push_back(items[i]);
-        }
-      });
-      // In the order of the canonical direction, so that a segment and its reverse take the same way.
+      Way& way = way_of[static_cast<std::size_t>(number_of[index])];
       const GridPoint& origin = std::min(s.from, s.to);
       const GridPoint& far = std::max(s.from, s.to);
-      detail::sort_listening(on.begin(), on.end(), listen, [&](std::size_t i, std::size_t j) {
-        const detail::Int128 di = detail::dot(origin, far, ends[i]), dj = detail::dot(origin, far, ends[j]);
-        return di != dj ? di < dj : ends[i] < ends[j];
-      });
-      if (origin != s.from) std::reverse(on.begin(), on.end());
-    }
-    GridPoint last = s.from;
-    for (const std::size_t i : on) {
-      if (ends[i] == last) continue;
-      pieces.push_back({scaled(last), scaled(ends[i]), s.tag});
-      last = ends[i];
+      if (way.first == SIZE_MAX) {
+        on.clear();
+        const auto pad = static_cast<std::int64_t>(reach) + 1;
+        const GridPoint box_low{origin.x - pad, std::min(s.from.y, s.to.y) - pad};
+        const GridPoint box_high{far.x + pad, std::max(s.from.y, s.to.y) + pad};
+        buckets.for_each_on(origin, far, pad, [&](std::size_t cell) {
+          listen(start[cell + 1] - start[cell] + 1);
+          for (std::size_t i = start[cell]; i < start[cell + 1]; ++i) {
+            const GridPoint& p = ends[items[i]];
+            if (p.x < box_low.x || p.x > box_high.x || p.y < box_low.y || p.y > box_high.y) continue;
+            if (p == origin || p == far) continue;
+            const bool is_strong = items[i] >= weak;
+            if (is_strong && way.is_other) continue;
+            if (detail::dot(origin, far, p) <= 0 || detail::dot(far, origin, p) <= 0) continue;
+            if (detail::segment_distance(p, origin, far) <= (is_strong ? attachment.strong_near : attachment.near))
+              on.push_back(items[i]);
+          }
+        });
+        detail::sort_listening(on.begin(), on.end(), listen, [&](std::size_t i, std::size_t j) {
+          const detail::Int128 di = detail::dot(origin, far, ends[i]), dj = detail::dot(origin, far, ends[j]);
+          return di != dj ? di < dj : ends[i] < ends[j];
+        });
+        way.first = ways.size();
+        ways.insert(ways.end(), on.begin(), on.end());
+        way.last = ways.size();
+      }
+      listen(way.last - way.first);
+      // In the order of the canonical direction, so that a segment and its reverse take the same way.
+      if (origin == s.from)
+        for (std::size_t i = way.first; i < way.last; ++i) go_to(ends[ways[i]]);
+      else
+        for (std::size_t i = way.last; i-- > way.first;) go_to(ends[ways[i]]);
     }
     pieces.push_back({scaled(last), scaled(s.to), s.tag});
   }

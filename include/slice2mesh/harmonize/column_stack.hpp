@@ -636,10 +636,14 @@ protected:
     });
   }
 
+  const std::unique_ptr<SliceNearness>& slice_of(std::size_t slab) {
+    std::unique_ptr<SliceNearness>& slice = sheets_[slab].slice;
+    if (!slice) slice = std::make_unique<SliceNearness>(slices_[slab], listen_);
+    return slice;
+  }
   /// Is the slab still near to its slice, and its slice to the slab?
   [[nodiscard]] bool stays_near_slice(const Candidate& c, const Step& step, const GridPoint& target) {
-    Sheet& sheet = sheets_[step.slab];
-    if (!sheet.slice) sheet.slice = std::make_unique<SliceNearness>(slices_[step.slab], listen_);
+    const std::unique_ptr<SliceNearness>& slice = slice_of(step.slab);
     const NearnessLimits limits{limits_.deviation, limits_.most, kResolution};
     old_.clear();
     now_.clear();
@@ -656,12 +660,12 @@ protected:
       old_.emplace_back(c.w, c.v);
     }
     for (const auto& edge : now_)
-      if (!sheet.slice->is_near(edge, limits, listen_)) return false;
+      if (!slice->is_near(edge, limits, listen_)) return false;
     // Other edges of the contour that may be nearest to a part of the slice.
     for (const Panel& other : near_)
       if (is_there(other) && other.a != c.v && other.b != c.v && other.a != c.w && other.b != c.w)
         now_.emplace_back(other.a, other.b);
-    return sheet.slice->stays_covered(old_, now_, limits, listen_);
+    return slice->stays_covered(old_, now_, limits, listen_);
   }
 
   void apply(const Candidate& c, const GridPoint& target) {

@@ -277,17 +277,22 @@ private:
              (step.w == kNone || sheet.edges_at[std::size_t(step.w)].size() == 2);
     });
   }
+  /// Could a contour of a slab go through a point? Else there is no need to ask for more.
+  [[nodiscard]] bool is_near_slice(std::size_t slab, const GridPoint& p) {
+    return slice_of(slab)->index().is_within(p, limits_.deviation, listen_);
+  }
   /// Moves the columns at c.v and c.w to one of the places, the first that may be and makes corners less sharp.
   /// `added`: a column was not there before.
   bool move_to(const Candidate& c, const std::vector<GridPoint>& targets, bool added) {
-    if (targets.empty() || !find_simple(c)) return false;
+    const auto near_slice = [&](const GridPoint& t) { return is_near_slice(c.slab, t); };
+    if (std::none_of(targets.begin(), targets.end(), near_slice) || !find_simple(c)) return false;
     reach_near_ = 0;
     for (const GridPoint& t : targets) reach_near_ = std::max({reach_near_, distance(t, c.v), distance(t, c.w)});
     const double before = sharpness(c, nullptr);
     if (!(before > kLeastGain)) return false;
     for (const GridPoint& t : targets) {
-      if (std::any_of(moving_.begin(), moving_.end(),
-                      [&](const Moving& m) { return distance(m.x, t) < limits_.apart; }))
+      if (!near_slice(t) || std::any_of(moving_.begin(), moving_.end(),
+                                        [&](const Moving& m) { return distance(m.x, t) < limits_.apart; }))
         continue;
       if (added && is_crowded(t, lowest_, lowest_ + std::int32_t(steps_.size()) - 1, c, kNone)) continue;
       if (sharpness(c, &t) > before - kLeastGain) continue;
@@ -488,7 +493,7 @@ private:
   /// if they are together there.
   bool part(const Corner& c, bool upper, const GridPoint& target, double before) {
     const std::size_t slab = c.slab + (upper ? 1 : 0);
-    const std::int32_t back = next_panel(c.v, upper ? c.b : c.a, slab);
+    const std::int32_t back = is_near_slice(slab, target) ? next_panel(c.v, upper ? c.b : c.a, slab) : kNone;
     if (back == kNone) return false;
     const Panel& panel = panels_[std::size_t(back)];
     const GridPoint u = panel.a == c.v ? panel.b : panel.a;
