@@ -239,7 +239,6 @@ TEST_CASE("improvement makes no corners between contours sharp") {
     ChainOptions options;
     options.eps = 0.1;
     options.contour_size = 1;
-    options.open_corners = true;
     Filled filled = fill(stack_of(layers), options);
     const std::vector<Outline> before = filled.chain.contours.outlines;
     const SeparationReport report = measure_separation(filled.chain.contours);

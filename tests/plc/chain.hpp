@@ -30,7 +30,7 @@ struct ChainOptions {
   double support_radius = 0.1;  ///< mm
   double radius_edge_ratio = 1.3;
   bool interior = true;
-  bool open_corners = false;
+  bool open_corners = true;
 };
 
 /// The results of all stages up to the complex.
