@@ -136,10 +136,10 @@ private:
       rays_.push_back({panel.b, panel.first, panel.last, k});
     }
   }
-  /// Calls corner(slab, below, above, degrees) for rays of neighboring slabs, and of no common one of the two, that
-  /// follow each other around p at a sharp angle.
+  /// Calls corner(slab, below, above, degrees) for rays of neighboring slabs that follow each other around p at a sharp
+  /// angle: of no common one of the two, or, with `own`, of one as well.
   template <class F>
-  void for_each_sharp(const GridPoint& p, F&& corner) {
+  void for_each_sharp(const GridPoint& p, bool own, F&& corner) {
     if (rays_.size() < 2) return;
     planes_.clear();
     for (const Ray& r : rays_) {
@@ -177,7 +177,7 @@ private:
         const bool end = i + 1 == around_.size();
         const Direction &q = around_[i], &r = around_[end ? 0 : i + 1];
         const double degrees = (r.angle - q.angle + (end ? 2 * kPi : 0)) * (180 / kPi);
-        if (degrees >= kSeparationAngle || (q.sides & r.sides) != 0) continue;
+        if (degrees >= kSeparationAngle || (!own && (q.sides & r.sides) != 0)) continue;
         corner(std::size_t(s), rays_[(q.sides & 1) != 0 ? q.ray : r.ray], rays_[(q.sides & 1) != 0 ? r.ray : q.ray],
                degrees);
       }
@@ -192,7 +192,7 @@ private:
       add_ends(p);
       add_through(p, false);
       const GridPoint v = p;
-      for_each_sharp(v, [&](std::size_t s, const Ray& below, const Ray& above, double degrees) {
+      for_each_sharp(v, false, [&](std::size_t s, const Ray& below, const Ray& above, double degrees) {
         result.push_back({degrees, s, v, below.far, above.far, below.through, above.through});
       });
     }
@@ -200,7 +200,8 @@ private:
     return result;
   }
 
-  /// What the sharp corners count around the columns in question, each 1 to 2; `target`: if they were there.
+  /// What the sharp corners count around the columns in question, those of one contour too, each 1 to 2; `target`: if
+  /// they were there.
   [[nodiscard]] double sharpness(const Candidate& c, const GridPoint* target) {
     double sum = 0;
     const std::int32_t first = lowest_, last = lowest_ + std::int32_t(steps_.size()) - 1;
@@ -216,7 +217,7 @@ private:
       rays_.erase(std::remove_if(rays_.begin(), rays_.end(), [&](const Ray& r) { return r.far == p; }), rays_.end());
       add_through(p, target != nullptr);
       for_each_sharp(
-          p, [&](std::size_t, const Ray&, const Ray&, double degrees) { sum += 2 - degrees / kSeparationAngle; });
+          p, true, [&](std::size_t, const Ray&, const Ray&, double degrees) { sum += 2 - degrees / kSeparationAngle; });
     };
     ends_.clear();
     for (const Moving& m : moving_) ends_.push_back(m.x);

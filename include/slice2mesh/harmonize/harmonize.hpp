@@ -35,8 +35,7 @@ struct HarmonizeOptions {
   double contour_size = 0;  ///< mm, >= 0: longest edge of a contour; 0: no limit
   /// Merge contour vertices that are close, in all slabs (with eps and contour_size above 0).
   bool merge_columns = true;
-  /// Open sharp corners between contours of neighboring slabs (where columns are merged). Not by default: it takes a
-  /// tenth more time, and where there is not work for all, the smallest dihedral angle may be a little smaller.
+  /// Open sharp corners between contours of neighboring slabs, as far as eps allows it (where columns are merged).
   bool open_corners = true;
 };
 

@@ -94,6 +94,7 @@ public:
         if (double(done) < (polishing ? kPolished : kLittle) * double(most) || done == 0) break;
       }
     }
+    rescue();
     share_ = 1;
     report(progress_, Stage::Improve, share_);
     write_back();
@@ -270,6 +271,12 @@ private:
 
   // --- moves of contours
 
+  /// What a tet counts when a column moves.
+  [[nodiscard]] double cost(double badness) const {
+    const double c = improvement_cost(badness);
+    return steep_ ? c * c * c : c;
+  }
+
   /// Finds all that moves with a column, and the tets around it.
   void take_column(std::size_t index) {
     columns_->take(index, before_);
@@ -291,7 +298,7 @@ private:
     for (std::size_t i = 0; i < around_.size(); ++i) {
       poll();  // a column may stand in any number of slabs
       ratings_[i] = graph_.rate(graph_[around_[i]].v);
-      sum += improvement_cost(ratings_[i]);
+      sum += cost(ratings_[i]);
       if (!std::isfinite(ratings_[i]) || !(sum < limit)) return std::numeric_limits<double>::infinity();
     }
     return sum;
@@ -301,7 +308,7 @@ private:
     take_column(index);
     const GridPoint from = columns_->place(index);
     double current = 0, shortest = std::numeric_limits<double>::infinity();
-    for (const std::int32_t t : around_) current += improvement_cost(graph_.badness(t));
+    for (const std::int32_t t : around_) current += cost(graph_.badness(t));
     for (const std::int32_t v : columns_->vertices(index))
       for (const std::int32_t t : graph_.star(v))
         for (const std::int32_t u : graph_[t].v)
@@ -347,6 +354,11 @@ private:
     }
     return false;
   }
+  /// What a move of a column has to keep where the worst element at it is so bad.
+  [[nodiscard]] ContourColumns::Keep keep_of(double badness) const {
+    using Keep = ContourColumns::Keep;
+    return badness > very_bad_ ? Keep::Nearness : badness > bad_ ? Keep::Walls : Keep::Areas;
+  }
   /// Contours move only where elements are bad after other means had their turn: elsewhere they stay what they are.
   std::size_t column_round(double floor) {
     std::vector<double> worst(columns_->size(), 0);
@@ -357,19 +369,39 @@ private:
             double& w = worst[std::size_t(columns_->of(v))];
             w = std::max(w, graph_.badness(t));
           }
-    const auto keep = [this](double badness) {
-      using Keep = ContourColumns::Keep;
-      return badness > very_bad_ ? Keep::Nearness : badness > bad_ ? Keep::Walls : Keep::Areas;
-    };
     std::array<std::vector<std::int32_t>, 3> order;
     for (std::size_t i = 0; i < worst.size(); ++i) {
-      if (!(worst[i] > 0) || !columns_->movable(i, keep(worst[i]))) continue;
+      if (!(worst[i] > 0) || !columns_->movable(i, keep_of(worst[i]))) continue;
       std::uint32_t last = 0;
       for (const std::int32_t v : columns_->vertices(i)) last = std::max(last, graph_.changed(v));
       if (last > tried_column_[i]) order[std::size_t(rank(worst[i]))].push_back(std::int32_t(i));
     }
     return try_all(order, tried_column_,
-                   [&](std::int32_t i) { return smooth_column(std::size_t(i), keep(worst[std::size_t(i)])); });
+                   [&](std::int32_t i) { return smooth_column(std::size_t(i), keep_of(worst[std::size_t(i)])); });
+  }
+
+  /// Columns once more at the worst elements, each of which counts nearly alone: a little work, which is there even
+  /// where the rounds have used up all.
+  void rescue() {
+    if (!columns_) return;
+    const double most = double(graph_.work()) + kRescueShare * options_.most_work;
+    steep_ = true;
+    for (int round = 0; round < kRescueRounds; ++round) {
+      std::vector<std::pair<double, std::size_t>> order;  // its worst element, column
+      for (std::int32_t t = 0; t < std::int32_t(graph_.size()); ++t)
+        if (graph_.badness(t) > kRescued / kVeryBad * very_bad_)
+          for (const std::int32_t v : graph_[t].v)
+            if (columns_->of(v) != kNone) order.emplace_back(-graph_.badness(t), std::size_t(columns_->of(v)));
+      std::sort(order.begin(), order.end());
+      std::size_t done = 0;
+      for (const auto& [negative, column] : order) {
+        poll();
+        if (double(graph_.work()) > most) return;
+        const ContourColumns::Keep keep = keep_of(-negative);
+        if (columns_->movable(column, keep) && smooth_column(column, keep)) ++done;
+      }
+      if (done == 0) return;
+    }
   }
 
   // --- collapses
@@ -534,6 +566,9 @@ private:
   static constexpr double kBad = 3;                    ///< R/3r; what is above is worked on first; see bad_
   static constexpr double kSmoothed = 1.4;  ///< R/3r; all above is smoothed at last: a little more than that of columns
   static constexpr double kFlippedFirst = 1.9;     ///< R/3r above which tets are flipped when polishing begins
+  static constexpr double kRescued = 6;            ///< R/3r above which columns have their turn at last ...
+  static constexpr double kRescueShare = 0.02;     ///< ... with this share of the work allowed, ...
+  static constexpr int kRescueRounds = 8;          ///< ... so often at most
   static constexpr double kFullWork = 10;          ///< ratings per tet: all have their turn
   static constexpr double kColumnRatio = 0.39;     ///< R/3r of a column over its length in thicknesses, for long ones
   static constexpr double kWorseThanColumn = 1.5;  ///< times the R/3r of a column: what is worse may be helped
@@ -562,6 +597,7 @@ private:
   std::unique_ptr<ContourColumns> columns_;
   double bad_ = kBad, very_bad_ = kVeryBad;  // R/3r
   double floor_ = kBad, flip_floor_ = kBad;  // R/3r, of what is worked on, and of what is flipped
+  bool steep_ = false;                       // what is worst counts alone, nearly
   std::int64_t next_poll_ = 0;
   std::vector<std::uint32_t> tried_smooth_, tried_pairs_, tried_column_;  // stamps
   StarCost star_;                                                         // of the vertex in question
