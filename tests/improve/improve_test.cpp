@@ -255,6 +255,37 @@ TEST_CASE("improvement makes no corners between contours sharp") {
   CHECK(moved > 6);
 }
 
+TEST_CASE("contours move at the worst elements at last, however few rounds there were") {
+  // Contours move from the third round on.
+  ImproveOptions options;
+  options.rounds = 1;
+  std::size_t moved = 0;
+  double with = 0, without = 0;  // what the worst element of each stack amounts to
+  const auto worst = [](const Mesh& mesh) {
+    const QualityReport report = measure_quality(mesh);
+    return std::max(report.ratio.worst, 0.6 / std::sin(report.min_dihedral / detail::kDegrees));
+  };
+  for (std::uint32_t seed = 1; seed <= 12; ++seed) {
+    INFO("seed " << seed);
+    Filled one = fill(random_stack(seed)), two = fill(random_stack(seed));
+    const std::vector<Outline> before = one.chain.contours.outlines;
+    options.move_contours = true;
+    REQUIRE(improve(one, options));
+    options.move_contours = false;
+    REQUIRE(improve(two, options));
+    CHECK(two.chain.contours.outlines == before);
+    const std::string failed = failures(certify(one.mesh, one.plc));
+    CHECK(failed == "");
+    if (one.chain.contours.outlines == before) continue;
+    ++moved;
+    with += worst(one.mesh);
+    without += worst(two.mesh);
+    CHECK(worst(one.mesh) <= worst(two.mesh));
+  }
+  CHECK(moved > 3);
+  CHECK(with < 0.9 * without);
+}
+
 TEST_CASE("improving twice from the same start gives the same mesh") {
   for (const bool move : {false, true}) {
     ImproveOptions options;
