@@ -302,6 +302,30 @@ TEST_CASE("a sharp corner that no way within the tolerance widens stays") {
   CHECK(opened.contours.outlines == contours.outlines);
 }
 
+TEST_CASE("corners are opened beyond the box that the contours were in") {
+  // The upper one goes further down where the lower one may not change.
+  const std::vector<std::array<double, 2>> lower{{0, 0}, {1, 0}, {2, 0}, {2.08, 0}, {3, 0}, {4, 0},
+                                                 {4, 2}, {4, 4}, {2, 4}, {0, 4},    {0, 2}},
+      upper{{0, 0}, {1, 0}, {2, 0}, {2.07, -0.035}, {3, -0.035}, {4, -0.035}, {4, 2}, {4, 4}, {2, 4}, {0, 4}, {0, 2}};
+  for (const double turn : {0.0, 0.5, 1.0, 1.5}) {  // half turns
+    INFO(turn);
+    const auto turned = [&](std::vector<std::array<double, 2>> points) {
+      for (auto& [x, y] : points) {
+        const double c = std::round(std::cos(turn * 3.14159265358979)),
+                     s = std::round(std::sin(turn * 3.14159265358979));
+        const double u = c * x - s * y;
+        y = s * x + c * y;
+        x = u;
+      }
+      return points;
+    };
+    const Contours contours = contours_of({{turned(lower)}, {turned(upper)}}, 0.05);
+    const Opened opened = open_corners(contours, {1, 0});
+    CHECK(measure_separation(opened.contours).between.sharp < measure_separation(contours).between.sharp);
+    CHECK(largest_deviation(opened.contours, contours.outlines) <= 1);
+  }
+}
+
 TEST_CASE("contours that touch go apart where their slices do not touch") {
   // The upper one comes down to (2, 4), by 13.5 degrees on both sides; its slice stays above that.
   using Points = std::vector<std::array<double, 2>>;

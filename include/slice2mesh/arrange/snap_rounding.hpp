@@ -256,7 +256,7 @@ namespace detail {
 
 /// The hash of a number, for Numbers.
 [[nodiscard]] constexpr std::size_t hash_of(std::uint64_t key) noexcept {
-  return static_cast<std::size_t>(key);
+  return static_cast<std::size_t>(key ^ ((key >> 32) * 0xD6E8FEB86659FD93ULL));  // both halves count
 }
 /// The hash of a point, for Numbers.
 [[nodiscard]] inline std::size_t hash_of(const GridPoint& p) noexcept {

@@ -457,7 +457,7 @@ protected:
   /// may not change.
   bool lead_through(std::int32_t k, const GridPoint& y, std::vector<char>& changed) {
     const Panel old = panels_[std::size_t(k)];
-    Place& there = places_[y];  // the references stay valid: no place is ever taken out
+    Place& there = places_[y];  // the references stay valid: none is taken out here
     for (std::int32_t s = old.first; s <= old.last; ++s)
       if (frozen_[std::size_t(s)] || at(std::size_t(s), there.standing) != kNone) return false;
     Place& at_b = places_[old.b];
@@ -509,33 +509,50 @@ protected:
       put_panel(std::int32_t(k));
     }
   }
-  /// Takes that back; `count`: how many panels there were before.
+  /// Takes that back; `count`: how many panels there were before. What was done since has been taken back already.
   void join_panels(std::size_t count) {
-    for (std::size_t k = panels_.size(); k-- > count;) {
+    while (panels_.size() > count) {
       looked();
-      const Panel upper = panels_[k];
+      const Panel& upper = panels_.back();
       for (const std::int32_t below : place_of(upper.a).panels) {
         Panel& panel = panels_[std::size_t(below)];
         if (panel.a == upper.a && panel.b == upper.b && panel.last == upper.first - 1) panel.last = upper.last;
       }
       for (const GridPoint& end : {upper.a, upper.b}) {
         std::vector<std::int32_t>& panels = places_[end].panels;
-        panels.erase(std::find(panels.begin(), panels.end(), std::int32_t(k)));
+        panels.erase(std::find(panels.begin(), panels.end(), std::int32_t(panels_.size()) - 1));
       }
-      found_[k] = UINT32_MAX;  // never found again
+      remove_last_panel();
     }
   }
+  /// Takes the panel that was added last, and has not moved since, out of all but its places.
+  void remove_last_panel() {
+    const auto k = std::int32_t(panels_.size()) - 1;
+    const Panel& panel = panels_.back();
+    std::size_t count = 0;
+    buckets_.for_each_on(panel.a, panel.b, 0, [&](std::size_t bucket) {
+      looked();
+      std::int32_t& first = bucket_[bucket].first;
+      if (first == kNone || entries_[std::size_t(first)].panel != k) return;
+      first = entries_[std::size_t(first)].next;
+      ++count;
+    });
+    entries_.resize(entries_.size() - count);
+    panels_.pop_back();
+    found_.pop_back();
+  }
 
-  /// Takes out the vertex y that a panel was led through last, in `slab` among others.
+  /// Takes out the vertex y that a panel was led through last, in `slab` among others. What was done since has been
+  /// taken back already.
   void take_back(const GridPoint& y, std::size_t slab) {
     Place& there = places_[y];
-    std::int32_t first = kNone, second = kNone;  // the panel that was there before, and the one that was added
+    std::int32_t first = kNone;  // the panel that was there before; the one that was added is the last one
     for (const std::int32_t k : there.panels) {
       const Panel& panel = panels_[std::size_t(k)];
-      if (std::size_t(panel.first) <= slab && slab <= std::size_t(panel.last)) (panel.b == y ? first : second) = k;
+      if (panel.b == y && std::size_t(panel.first) <= slab && slab <= std::size_t(panel.last)) first = k;
     }
     Panel& panel = panels_[std::size_t(first)];
-    const GridPoint end = panels_[std::size_t(second)].b;
+    const GridPoint end = panels_.back().b;
     Place& at_end = places_[end];
     for (std::int32_t s = panel.last; s >= panel.first; --s) {  // what is taken out last is at the end of its list
       looked();
@@ -543,21 +560,26 @@ protected:
       Sheet& sheet = sheets_[of_slab];
       const std::int32_t v = at(of_slab, there.standing), w = at(of_slab, at_end.standing);
       const std::int32_t gone = sheet.edge_between(v, w);
-      std::vector<std::int32_t>& at_v = sheet.edges_at[std::size_t(v)];
+      const std::vector<std::int32_t>& at_v = sheet.edges_at[std::size_t(v)];
       const std::int32_t stays = at_v.front() == gone ? at_v.back() : at_v.front();
       Outline::Edge& edge = sheet.outline.edges[std::size_t(stays)];
       (edge.a == v ? edge.a : edge.b) = w;
-      sheet.alive[std::size_t(gone)] = 0;
-      at_v.clear();
       std::vector<std::int32_t>& at_w = sheet.edges_at[std::size_t(w)];
       *std::find(at_w.begin(), at_w.end(), gone) = stays;
       there.standing.erase(first_from(of_slab, there.standing));
+      // Both were added last.
+      sheet.outline.vertices.pop_back();
+      sheet.outline.edges.pop_back();
+      sheet.edges_at.pop_back();
+      sheet.alive.pop_back();
     }
+    const auto second = std::int32_t(panels_.size()) - 1;
     panel.b = end;
     *std::find(at_end.panels.begin(), at_end.panels.end(), second) = first;
     for (const std::int32_t k : {first, second})
       there.panels.erase(std::find(there.panels.begin(), there.panels.end(), k));
-    found_[std::size_t(second)] = UINT32_MAX;  // never found again
+    remove_last_panel();
+    if (there.standing.empty() && there.panels.empty()) places_.erase(y);
   }
 
   [[nodiscard]] bool possible(const Candidate& c, const GridPoint& target) {
@@ -676,7 +698,7 @@ protected:
     const auto erase_panel = [](std::int32_t k, Place& place) {
       place.panels.erase(std::find(place.panels.begin(), place.panels.end(), k));
     };
-    Place& there = places_[target];  // the references stay valid: no place is ever taken out
+    Place& there = places_[target];  // the references stay valid: none is taken out here
     Place &at_v = places_[c.v], &at_w = places_[c.w];
     for (const Step& step : steps_) {
       Sheet& sheet = sheets_[step.slab];

@@ -384,7 +384,8 @@ private:
       return touched_[bucket] + 1 >= round_;
     });
   }
-  void touch(const GridPoint& p) { touched_[buckets_.of(p)] = round_; }
+  /// Contours may have left what the buckets cover.
+  void touch(const GridPoint& p) { touched_[buckets_.at(buckets_.nearest_to(p))] = round_; }
   /// Merges the ends of short edges where no corner gets sharper by it.
   void tidy() {
     struct Short {

@@ -90,7 +90,7 @@ public:
         if (contours) done += column_round(column_floor);
         done += collapse_round();
         most = std::max(most, done);
-        if (columns_ && round < kFirstColumnRound) continue;
+        if (begins || (columns_ && round < kFirstColumnRound)) continue;
         if (double(done) < (polishing ? kPolished : kLittle) * double(most) || done == 0) break;
       }
     }
