@@ -45,7 +45,7 @@ const std::vector<std::array<double, 2>> kSquare{{0, 0}, {4, 0}, {4, 4}, {0, 4}}
 // On the grid above points are rounded to 2^-20 mm.
 constexpr double kRounding = 0x1p-18;
 
-Contours harmonized(const SliceStack& stack, double eps_in_layers, bool open_corners = true) {
+Contours harmonized(const SliceStack& stack, double eps_in_layers) {
   Diagnostics diagnostics;
   const SlabPlan plan = make_slabs(stack, {}, diagnostics);
   ThickenOptions thicken_options;
@@ -54,7 +54,6 @@ Contours harmonized(const SliceStack& stack, double eps_in_layers, bool open_cor
   HarmonizeOptions options;
   options.eps = eps_in_layers * plan.thickness;
   options.contour_size = plan.thickness;
-  options.open_corners = open_corners;
   return harmonize(regions, options, diagnostics);
 }
 
@@ -249,6 +248,14 @@ double largest_deviation(const Contours& contours, const std::vector<Outline>& s
     worst = std::max(worst, detail::measured_deviation(contours.outlines[s], slices[s], eps, {}));
   return worst / eps;
 }
+/// No corner is sharp, nothing is near, and all are within the tolerance of their slices.
+void check_opened(const Contours& contours, const std::vector<Outline>& slices) {
+  const SeparationReport report = measure_separation(contours);
+  CHECK(report.between.sharp == 0);
+  CHECK(report.between.close_vertices.back() == 0);
+  CHECK(report.between.close_vertex_edge.back() == 0);
+  CHECK(largest_deviation(contours, slices) <= 1);
+}
 
 // The upper one leaves the lower one at (2, 4): by 0.12 mm over 1 mm, 6.8 degrees.
 const std::vector<std::array<double, 2>> kLower{{0, 0}, {1, 0}, {2, 0}, {3, 0}, {4, 0}, {4, 1}, {4, 2}, {4, 3},
@@ -268,11 +275,7 @@ TEST_CASE("contours that leave each other slowly keep one way until they make a 
         const Contours contours = contours_of(slabs, 0.1);
         REQUIRE(measure_separation(contours).between.sharp == 1);
         const Opened opened = open_corners(contours, std::vector<char>(slabs.size(), 0));
-        const SeparationReport report = measure_separation(opened.contours);
-        CHECK(report.between.sharp == 0);
-        CHECK(report.between.close_vertices.back() == 0);
-        CHECK(report.between.close_vertex_edge.back() == 0);
-        CHECK(largest_deviation(opened.contours, contours.outlines) <= 1);
+        check_opened(opened.contours, contours.outlines);
         // What was alike stays alike.
         for (std::size_t s = 1; s < slabs.size(); ++s)
           CHECK((opened.contours.outlines[s] == opened.contours.outlines[s - 1]) == (s != lower));
@@ -344,11 +347,7 @@ TEST_CASE("contours that touch go apart where their slices do not touch") {
       const Contours before = contours_of(contours, 0.1), from = contours_of(slices, 0.1);
       REQUIRE(measure_separation(before).between.sharp >= 2);
       const Opened opened = open_corners(before, from.outlines, frozen);
-      const SeparationReport report = measure_separation(opened.contours);
-      CHECK(report.between.sharp == 0);
-      CHECK(report.between.close_vertices.back() == 0);
-      CHECK(report.between.close_vertex_edge.back() == 0);
-      CHECK(largest_deviation(opened.contours, from.outlines) <= 1);
+      check_opened(opened.contours, from.outlines);
       for (std::size_t s = 0; s < 2 * slabs; ++s)
         CHECK((opened.contours.outlines[s] == before.outlines[s]) == (frozen[s] != 0));
     }
@@ -375,11 +374,7 @@ TEST_CASE("contours that come together too early part before") {
       const Contours before = contours_of(contours, 0.1), from = contours_of(slices, 0.1);
       REQUIRE(measure_separation(before).between.sharp >= 1);
       const Opened opened = open_corners(before, from.outlines, std::vector<char>(2 * slabs, 0));
-      const SeparationReport report = measure_separation(opened.contours);
-      CHECK(report.between.sharp == 0);
-      CHECK(report.between.close_vertices.back() == 0);
-      CHECK(report.between.close_vertex_edge.back() == 0);
-      CHECK(largest_deviation(opened.contours, from.outlines) <= 1);
+      check_opened(opened.contours, from.outlines);
       for (std::size_t s = 1; s < 2 * slabs; ++s)
         CHECK((opened.contours.outlines[s] == opened.contours.outlines[s - 1]) == (s != slabs));
     }

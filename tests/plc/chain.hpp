@@ -30,7 +30,6 @@ struct ChainOptions {
   double support_radius = 0.1;  ///< mm
   double radius_edge_ratio = 1.3;
   bool interior = true;
-  bool open_corners = true;
 };
 
 /// The results of all stages up to the complex.
@@ -56,7 +55,6 @@ struct Chain {
   chain.regions = build_regions(stack, plan, thicken_options, chain.diagnostics);
   HarmonizeOptions harmonize_options;
   harmonize_options.eps = options.eps * plan.thickness;
-  harmonize_options.open_corners = options.open_corners;
   harmonize_options.contour_size = options.contour_size * plan.thickness;
   chain.contours = harmonize(chain.regions, harmonize_options, chain.diagnostics);
   const double pitch = chain.contours.grid.pitch;

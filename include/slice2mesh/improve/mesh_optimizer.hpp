@@ -78,15 +78,15 @@ public:
         // At first only what gains most for its work is polished. Free vertices have their turn before contours, and
         // contours soon rest where nothing is bad.
         const bool begins = polishing && round == first;
-        flip_floor_ = begins ? std::max(floor_, kFlippedFirst) : floor_;
+        const double flip_floor = begins ? std::max(floor_, kFlippedFirst) : floor_;
         const bool contours = columns_ && round >= kFirstColumnRound,
                    all = !begins && round < first + kColumnRounds + (polishing ? 1 : 0);
         const double column_floor = all ? floor_ : std::max(floor_, bad_);
         // What is flat has to be flipped before its vertices can do anything; later, smoothing gains most for its work.
         std::size_t done = 0;  // one after the other: the operands of a sum have no order
-        if (!polishing) done += flip_round();
+        if (!polishing) done += flip_round(flip_floor);
         done += smooth_round();
-        if (polishing) done += flip_round();
+        if (polishing) done += flip_round(flip_floor);
         if (contours) done += column_round(column_floor);
         done += collapse_round();
         most = std::max(most, done);
@@ -112,7 +112,7 @@ private:
   [[nodiscard]] const GridPoint& point(std::int32_t v) const { return graph_.point(v); }
 
   /// The work is bounded by a count, not by time: the result does not depend on the machine.
-  [[nodiscard]] bool exhausted() const { return double(graph_.work()) > options_.most_work; }
+  [[nodiscard]] bool exhausted() const { return double(graph_.work()) > most_work_; }
   /// Listens to the caller every so many ratings.
   void poll() {
     if (graph_.work() < next_poll_) return;
@@ -142,8 +142,8 @@ private:
       }
     return done;
   }
-  std::size_t flip_round() {
-    return for_bad(flip_floor_, &TetGraph::Element::tried_flip, [&](std::int32_t t) { return flips_.flip(t); });
+  std::size_t flip_round(double floor) {
+    return for_bad(floor, &TetGraph::Element::tried_flip, [&](std::int32_t t) { return flips_.flip(t); });
   }
 
   // --- moves
@@ -384,24 +384,11 @@ private:
   /// where the rounds have used up all.
   void rescue() {
     if (!columns_) return;
-    const double most = double(graph_.work()) + kRescueShare * options_.most_work;
+    most_work_ = double(graph_.work()) + kRescueShare * options_.most_work;
     steep_ = true;
-    for (int round = 0; round < kRescueRounds; ++round) {
-      std::vector<std::pair<double, std::size_t>> order;  // its worst element, column
-      for (std::int32_t t = 0; t < std::int32_t(graph_.size()); ++t)
-        if (graph_.badness(t) > kRescued / kVeryBad * very_bad_)
-          for (const std::int32_t v : graph_[t].v)
-            if (columns_->of(v) != kNone) order.emplace_back(-graph_.badness(t), std::size_t(columns_->of(v)));
-      std::sort(order.begin(), order.end());
-      std::size_t done = 0;
-      for (const auto& [negative, column] : order) {
-        poll();
-        if (double(graph_.work()) > most) return;
-        const ContourColumns::Keep keep = keep_of(-negative);
-        if (columns_->movable(column, keep) && smooth_column(column, keep)) ++done;
-      }
-      if (done == 0) return;
-    }
+    std::fill(tried_column_.begin(), tried_column_.end(), 0);
+    for (int round = 0; round < kRescueRounds; ++round)
+      if (column_round(kRescued / kVeryBad * very_bad_) == 0) return;
   }
 
   // --- collapses
@@ -596,7 +583,8 @@ private:
   std::vector<std::int32_t> gone_;  // #V, the vertex it went into
   std::unique_ptr<ContourColumns> columns_;
   double bad_ = kBad, very_bad_ = kVeryBad;  // R/3r
-  double floor_ = kBad, flip_floor_ = kBad;  // R/3r, of what is worked on, and of what is flipped
+  double floor_ = kBad;                      // R/3r, of what is worked on
+  double most_work_ = options_.most_work;    // see exhausted()
   bool steep_ = false;                       // what is worst counts alone, nearly
   std::int64_t next_poll_ = 0;
   std::vector<std::uint32_t> tried_smooth_, tried_pairs_, tried_column_;  // stamps

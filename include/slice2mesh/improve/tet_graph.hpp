@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "slice2mesh/arrange/exact.hpp"
-#include "slice2mesh/arrange/snap_rounding.hpp"
+#include "slice2mesh/arrange/numbers.hpp"
 #include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/core/progress.hpp"
