@@ -241,13 +241,16 @@ private:
     const double ex = double(b.x - a.x) / length, ey = double(b.y - a.y) / length;
     // The mean direction of the contour edges at v that run along the piece.
     double tx = 0, ty = 0;
+    std::int32_t tip = kNone;  // the end of the piece that an edge leads to from v
     Cdt::Edge_circulator e = cdt_.incident_edges(handles_[std::size_t(v)]), begin = e;
     if (e == nullptr) return false;
     do {
       poll();
       if (!e->first->is_constrained(e->second) || cdt_.is_infinite(e)) continue;
       const Cdt::Vertex_handle u = e->first->vertex(Cdt::ccw(e->second)), w = e->first->vertex(Cdt::cw(e->second));
-      const GridPoint q = point(u->info() == v ? w : u);
+      const Cdt::Vertex_handle far = u->info() == v ? w : u;
+      if (far->info() == s.a || far->info() == s.b) tip = far->info();
+      const GridPoint q = point(far);
       const double l = distance(p, q);
       double dx = double(q.x - p.x) / l, dy = double(q.y - p.y) / l;
       const double along = dx * ex + dy * ey;
@@ -257,7 +260,12 @@ private:
     } while (++e != begin);
     const double t = std::hypot(tx, ty);
     double bx = ex + (t > 0 ? tx / t : ex), by = ey + (t > 0 ? ty / t : ey);
-    const double at = (double(p.x - a.x) * bx + double(p.y - a.y) * by) / (ex * bx + ey * by);  // distance from a
+    // Distance from a. Of two edges that leave a tip, both get the same distance from it, whether the other one bends
+    // at v or not: around a fan of edges every other rule would come back to its first edge nearer to the tip, and so
+    // on to the end of the grid.
+    const double at = tip == s.a   ? distance(a, p)
+                      : tip == s.b ? length - distance(b, p)
+                                   : (double(p.x - a.x) * bx + double(p.y - a.y) * by) / (ex * bx + ey * by);
     // Towards a sharp tip the play for a split opposite to a vertex (gap^2 over length) shrinks with the distance from
     // the tip. Where half of it is less than a few pitches, halving would go on to the end of the grid: then the split
     // is made even if it is very near to an end, and at the grid point nearby that is in no disc.
@@ -266,6 +274,7 @@ private:
     if (!tight && (at < kFromEnds * gap || at > length - kFromEnds * gap)) return false;
     result = {a.x + std::llround(at * ex), a.y + std::llround(at * ey)};
     if (is_clear_opposite(s, v, result) || split_tightly(s, v, {at * ex, at * ey}, result)) return true;
+    if (tip != kNone) return false;
     // Where the other contour bends at v, only the foot of v is in no disc.
     const double foot = double(dot(a, b, p)) / length;
     if (foot < kFromEnds * gap || foot > length - kFromEnds * gap) return false;
