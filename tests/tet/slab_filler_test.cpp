@@ -237,6 +237,29 @@ TEST_CASE("a needle 10 mm long and 0.0001 mm wide is meshed, with another one ab
   check_fill(run_chain(stack_of(layers)).plc());
 }
 
+TEST_CASE("fans of triangles around a point are filled, whatever way each layer is turned") {
+  constexpr double kPi = 3.14159265358979323846;
+  constexpr std::uint32_t kSeed = 7;
+  INFO("seed " << kSeed);
+  std::mt19937 random(kSeed);
+  const auto uniform = [&](double low, double high) { return low + (high - low) * double(random()) / 4294967296.0; };
+  for (int k = 0; k < 40; ++k) {
+    const int n = 2 + int(random() % 7);
+    const double filled = uniform(0.2, 0.95), turn = uniform(0, 2 * kPi / n), radius = uniform(1.5, 3);
+    INFO("fan " << k << " of " << n << " triangles, " << filled << " of the circle, turned by " << turn);
+    const auto fan = [&](double from) {
+      std::vector<Polyline> slice;
+      for (int i = 0; i < n; ++i) {
+        const double a = from + 2 * kPi * i / n, b = a + filled * 2 * kPi / n;
+        slice.push_back(
+            loop({{0, 0}, {radius * std::cos(a), radius * std::sin(a)}, {radius * std::cos(b), radius * std::sin(b)}}));
+      }
+      return slice;
+    };
+    check_fill(run_chain(stack_of({fan(0), fan(turn), fan(turn / 3)})).plc());
+  }
+}
+
 TEST_CASE("the two chains of a wall may be bent apart by a few pitches") {
   // Split points of both planes nearly coincide: so do the borders of the cells that begin there.
   std::size_t tets = 0, bent = 0, tried = 0;

@@ -269,22 +269,14 @@ private:
     }
     return kNone;
   }
-  /// As find_pair. Where more than two edges of a slab meet, at the column or at the other end of what moves with it,
-  /// the column stays: in a fan of contours there is hardly room for what one of them would gain.
+  /// As find_pair. Where more than two edges of a slab meet, the column stays.
   [[nodiscard]] bool find_simple(const Candidate& c) {
     if (!find_pair(c) || moving_.size() > kMostPanels) return false;
-    const auto is_simple = [&](std::size_t slab, std::int32_t v) {
-      return v == kNone || sheets_[slab].edges_at[std::size_t(v)].size() == 2;
-    };
-    return std::all_of(
-               steps_.begin(), steps_.end(),
-               [&](const Step& step) { return is_simple(step.slab, step.v) && is_simple(step.slab, step.w); }) &&
-           std::all_of(moving_.begin(), moving_.end(), [&](const Moving& m) {
-             const std::vector<Standing>& there = place_of(m.x).standing;
-             looked(there.size());
-             return std::all_of(there.begin(), there.end(),
-                                [&](const Standing& one) { return is_simple(one.slab, one.vertex); });
-           });
+    return std::all_of(steps_.begin(), steps_.end(), [&](const Step& step) {
+      const Sheet& sheet = sheets_[step.slab];
+      return (step.v == kNone || sheet.edges_at[std::size_t(step.v)].size() == 2) &&
+             (step.w == kNone || sheet.edges_at[std::size_t(step.w)].size() == 2);
+    });
   }
   /// Could a contour of a slab go through a point? Else there is no need to ask for more.
   [[nodiscard]] bool is_near_slice(std::size_t slab, const GridPoint& p) {
