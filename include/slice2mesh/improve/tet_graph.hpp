@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "slice2mesh/arrange/exact.hpp"
-#include "slice2mesh/arrange/numbers.hpp"
 #include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/core/progress.hpp"
@@ -324,31 +323,16 @@ private:
     }
     open_.push_back(face);
   }
-  /// Every face at its lowest vertex, where it waits for the other tet by its other two.
+  /// Every face at its lowest vertex.
   void find_neighbors(Poll& listen) {
-    std::vector<std::uint64_t> keys;
     for (std::size_t v = 0; v < stars_.size(); ++v) {
       listen();
       open_.clear();
-      keys.clear();
       for (const std::int32_t t : stars_[v])
         for (std::size_t i = 0; i < 4; ++i) {
           if ((*this)[t].v[i] == std::int32_t(v)) continue;
           const Face face = face_of(t, i);
-          if (face.a != std::int32_t(v)) continue;
-          const std::uint64_t key = packed(face.b, face.c);
-          const auto other = std::size_t(std::find(keys.begin(), keys.end(), key) - keys.begin());
-          if (other == keys.size()) {
-            open_.push_back(face);
-            keys.push_back(key);
-            continue;
-          }
-          across(face) = open_[other].tet;
-          across(open_[other]) = face.tet;
-          open_[other] = open_.back();
-          open_.pop_back();
-          keys[other] = keys.back();
-          keys.pop_back();
+          if (face.a == std::int32_t(v)) join(face);
         }
     }
   }
