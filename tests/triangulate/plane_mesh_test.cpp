@@ -154,8 +154,8 @@ TEST_CASE("plain triangulations hold every contour and have no other vertices") 
 }
 
 TEST_CASE("split points that are rounded to beside a short edge leave every edge Delaunay") {
-  // The vertex opposite to an edge of a few thousand pitches is so far away that the circumcircle reaches over the edge
-  // by less than a pitch. A vertex of the other contour calls for a split, whose point lies beyond.
+  // The vertex opposite to an edge of a few hundred or thousand pitches is so far away that the circumcircle reaches
+  // over the edge by less than a pitch. A vertex of the other contour calls for a split, whose point lies beyond.
   struct Place {
     GridPoint end, vertex;
     std::int64_t far;
@@ -173,8 +173,7 @@ TEST_CASE("split points that are rounded to beside a short edge leave every edge
     return result;
   };
   Seen seen;
-  for (const Place& place :
-       {Place{{1968, -1968}, {1104, -1616}, 17179869184}, {{4704, -864}, {2016, -992}, 268435456}}) {
+  for (const Place& place : {Place{{672, -704}, {-32, -352}, 1073741824}, {{5120, -1904}, {1680, -624}, 34359738368}}) {
     INFO("far vertices at " << place.far);
     const auto [end, v, far] = place;
     contours.outlines = {outline({{0, 0}, end, {far, far}, {-far, far}}),
