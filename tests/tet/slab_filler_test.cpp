@@ -238,7 +238,7 @@ TEST_CASE("a needle 10 mm long and 0.0001 mm wide is meshed, with another one ab
 }
 
 TEST_CASE("fans of triangles around a point are filled, whatever way each layer is turned") {
-  constexpr double kPi = 3.14159265358979323846;
+  using detail::kPi;
   constexpr std::uint32_t kSeed = 7;
   INFO("seed " << kSeed);
   std::mt19937 random(kSeed);

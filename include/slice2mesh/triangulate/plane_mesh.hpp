@@ -261,8 +261,8 @@ private:
     const double t = std::hypot(tx, ty);
     double bx = ex + (t > 0 ? tx / t : ex), by = ey + (t > 0 ? ty / t : ey);
     // Distance from a. Of two edges that leave a tip, both get the same distance from it, whether the other one bends
-    // at v or not: around a fan of edges every other rule would come back to its first edge nearer to the tip, and so
-    // on to the end of the grid.
+    // at v or not: around a fan of edges, splits that come back to its first edge nearer to the tip go on to the end of
+    // the grid.
     const double at = tip == s.a   ? distance(a, p)
                       : tip == s.b ? length - distance(b, p)
                                    : (double(p.x - a.x) * bx + double(p.y - a.y) * by) / (ex * bx + ey * by);
