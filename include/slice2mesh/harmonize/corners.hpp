@@ -65,6 +65,7 @@ private:
   /// the one that moves stands along the contours, and where before they part.
   static constexpr std::array<double, 4> kGaps{1.05, 1.3, 1.6, 2}, kAlongs{0, 0.5, 1, -0.4};
   static constexpr std::array<double, 2> kBefore{1.6, 1.2};
+  static constexpr std::array<double, 5> kPartShares{0, 1, 0.5, 0.3, 0.7};  // of that: what the upper part moves
   static constexpr double kNearby = 1.06;  // of that: a vertex that is this near may stand for it
 
   /// An edge from a place, in some slabs. `through`: the panel that passes through the place and has no vertex there.
@@ -200,9 +201,21 @@ private:
     return result;
   }
 
+  /// Where columns go: all to one place, or the slabs of two parts to one place each while the others stay.
+  struct Target {
+    GridPoint one;  // or where those are that stay
+    std::size_t parts = 0;
+    std::array<GridPoint, 2> place{};
+    std::array<Part, 2> part{};
+    [[nodiscard]] const GridPoint& of(std::int32_t slab) const {
+      for (std::size_t i = 0; i < parts; ++i)
+        if (part[i].first <= std::size_t(slab) && std::size_t(slab) <= part[i].last) return place[i];
+      return one;
+    }
+  };
   /// What the sharp corners count around the columns in question, those of one contour too, each 1 to 2; `target`: if
   /// they were there.
-  [[nodiscard]] double sharpness(const Candidate& c, const GridPoint* target) {
+  [[nodiscard]] double sharpness(const Candidate& c, const Target* target) {
     double sum = 0;
     const std::int32_t first = lowest_, last = lowest_ + std::int32_t(steps_.size()) - 1;
     const auto add = [&](const GridPoint& p) {
@@ -213,7 +226,7 @@ private:
       if (rays_.size() > kMostPanels) return;
       if (target != nullptr)
         for (Ray& r : rays_)
-          if ((r.far == c.v || r.far == c.w) && r.last >= first && r.first <= last) r.far = *target;
+          if ((r.far == c.v || r.far == c.w) && r.last >= first && r.first <= last) r.far = target->of(r.first);
       rays_.erase(std::remove_if(rays_.begin(), rays_.end(), [&](const Ray& r) { return r.far == p; }), rays_.end());
       add_through(p, target != nullptr);
       for_each_sharp(
@@ -230,20 +243,25 @@ private:
     }
     rays_.clear();
     add_ends(c.v);
-    if (target != nullptr && is_parted()) {
-      const auto moved = [&](const Ray& r) { return is_in_part(std::size_t(r.first)); };
-      rays_.erase(std::remove_if(rays_.begin(), rays_.end(), moved), rays_.end());
-      add(c.v);
-      rays_.clear();
-      add_ends(c.v);
-      rays_.erase(std::remove_if(rays_.begin(), rays_.end(), std::not_fn(moved)), rays_.end());
+    if (target != nullptr && target->parts > 0) {
+      std::array<GridPoint, 3> places{c.v};
+      std::copy_n(target->place.begin(), target->parts, places.begin() + 1);
+      for (std::size_t i = 0; i <= target->parts; ++i) {
+        rays_.clear();
+        add_ends(c.v);
+        rays_.erase(
+            std::remove_if(rays_.begin(), rays_.end(), [&](const Ray& r) { return target->of(r.first) != places[i]; }),
+            rays_.end());
+        add(places[i]);
+      }
+      return sum;
     }
     if (target == nullptr) {
       add(c.v);
       rays_.clear();
     }
     if (c.w != c.v) add_ends(c.w);
-    add(target != nullptr ? *target : c.w);
+    add(target != nullptr ? target->one : c.w);
     return sum;
   }
 
@@ -296,10 +314,11 @@ private:
                                         [&](const Moving& m) { return distance(m.x, t) < limits_.apart; }))
         continue;
       if (added && is_crowded(t, lowest_, lowest_ + std::int32_t(steps_.size()) - 1, c, kNone)) continue;
-      if (sharpness(c, &t) > before - kLeastGain) continue;
+      const Target target{t};
+      if (sharpness(c, &target) > before - kLeastGain) continue;
       if (near_.empty()) find_all_near();
       if (!added && gets_crowded(c, t)) continue;
-      if ((is_parted() && !parts_cleanly(c.v, t)) || !possible(c, t)) continue;
+      if (!possible(c, t)) continue;
       settle(c, t);
       return true;
     }
@@ -418,7 +437,8 @@ private:
       reach_near_ = c.distance;
       const double before = sharpness(c, nullptr);
       for (const auto& target : targets) {
-        if (target.first > limits_.deviation || sharpness(c, &target.second) > before) continue;
+        const Target there{target.second};
+        if (target.first > limits_.deviation || sharpness(c, &there) > before) continue;
         if (near_.empty()) find_all_near();
         if (gets_crowded(c, target.second) || !possible(c, target.second)) continue;
         settle(c, target.second);
@@ -456,7 +476,6 @@ private:
     take_back_all(leads);
     return false;
   }
-  [[nodiscard]] bool is_parted() const { return part_.first > 0 || part_.last < slabs_.size(); }
   /// Is the rest of a column that is parted out of the way of what moves?
   [[nodiscard]] bool parts_cleanly(const GridPoint& v, const GridPoint& target) const {
     for (const Moving& m : moving_) {
@@ -471,7 +490,7 @@ private:
     return true;
   }
   /// The contours part where they come together: the column goes in two, below and above the plane, and one of them
-  /// away from the other.
+  /// away from the other, or each from the other.
   bool part(const Corner& c) {
     // Along both, and from the one above to the one below.
     const double length_a = distance(c.v, c.a), length_b = distance(c.v, c.b);
@@ -480,40 +499,114 @@ private:
     const double length = std::hypot(x, y), turn = cross(c.v, c.a, c.b) > 0 ? 1 : -1;
     x /= length;
     y /= length;
-    for (const bool upper : {false, true})
-      for (const double gap : kGaps)
-        for (const double along : kAlongs) {
-          const double far = gap * limits_.apart, aside = upper ? -turn : turn;
-          const GridPoint target =
-              rounded(double(c.v.x) + far * (along * x + aside * y), double(c.v.y) + far * (along * y - aside * x));
-          for (const double before : kBefore)
-            if (part(c, upper, target, (before - along) * far)) return true;
-        }
+    // The column may go in two, or what is below and above the panels in question may stay.
+    const std::int32_t k = panel_between(c.v, c.a, c.slab), l = panel_between(c.v, c.b, c.slab + 1);
+    const auto first = std::size_t(panels_[std::size_t(k)].first), last = std::size_t(panels_[std::size_t(l)].last);
+    const bool goes_on_below = first > 0 && stacked(first) && at(first - 1, c.v) != kNone,
+               goes_on_above = stacked(last + 1) && at(last + 1, c.v) != kNone;
+    for (const bool alone : {false, true})
+      for (const double share : kPartShares) {
+        if (alone && (share == 0 || !goes_on_below) && (share == 1 || !goes_on_above)) continue;
+        for (const double gap : kGaps)
+          for (const double along : kAlongs) {
+            const double far = gap * limits_.apart;
+            const auto at_side = [&](double aside) {
+              return rounded(double(c.v.x) + far * (along * x + aside * turn * y),
+                             double(c.v.y) + far * (along * y - aside * turn * x));
+            };
+            Target target{c.v};
+            const auto move = [&](const GridPoint& p, const Part& part) {
+              target.place[target.parts] = p;
+              target.part[target.parts++] = part;
+            };
+            if (share < 1) move(at_side(1 - share), {alone ? first : 0, c.slab});
+            if (share > 0) move(at_side(-share), {c.slab + 1, alone ? last : SIZE_MAX});
+            for (const double before : kBefore)
+              if (part(c, target, (before - along) * far)) return true;
+          }
+      }
     return false;
   }
-  /// Moves one of the parts to the target. The contours stay together up to `before` (about) from where the corner is,
-  /// if they are together there.
-  bool part(const Corner& c, bool upper, const GridPoint& target, double before) {
-    const std::size_t slab = c.slab + (upper ? 1 : 0);
-    const std::int32_t back = is_near_slice(slab, target) ? next_panel(c.v, upper ? c.b : c.a, slab) : kNone;
-    if (back == kNone) return false;
-    const Panel& panel = panels_[std::size_t(back)];
-    const GridPoint u = panel.a == c.v ? panel.b : panel.a;
-    const double length = distance(c.v, u);
+  /// Moves the parts to their targets. The contours stay together up to `before` (about) from the corner, if they are
+  /// together there.
+  bool part(const Corner& c, const Target& target, double before) {
+    const auto slab_of = [&](std::size_t i) { return target.part[i].last == c.slab ? c.slab : c.slab + 1; };
+    for (std::size_t i = 0; i < target.parts; ++i)
+      if (!is_near_slice(slab_of(i), target.place[i])) return false;
     std::vector<Lead> leads;
-    if (length > kNearby * before) {
+    const auto lead_back = [&](std::size_t slab) {
+      const std::int32_t back = next_panel(c.v, slab == c.slab ? c.a : c.b, slab);
+      if (back == kNone) return false;
+      const Panel& panel = panels_[std::size_t(back)];
+      const GridPoint u = panel.a == c.v ? panel.b : panel.a;
+      const double length = distance(c.v, u);
+      if (length <= kNearby * before) return true;
       if (before < limits_.apart || length < before + limits_.apart) return false;
-      if (!lead(back, contour_point_between(c.v, u, before / length), slab, leads, true)) return false;
+      return lead(back, contour_point_between(c.v, u, before / length), slab, leads, true);
+    };
+    if (all_from_first(target.parts, [&](std::size_t i) { return lead_back(slab_of(i)); })) {
+      const std::size_t count = panels_.size();
+      part_panels(c.v, c.slab);
+      for (std::size_t i = 0; i < target.parts; ++i) {
+        if (target.part[i].first > 0) part_panels(c.v, target.part[i].first - 1);
+        if (target.part[i].last < slabs_.size()) part_panels(c.v, target.part[i].last);
+      }
+      const bool parted = move_parts(c, target);
+      part_ = {};
+      if (parted) return true;
+      join_panels(count);
     }
-    const std::size_t count = panels_.size();
-    part_panels(c.v, c.slab);
-    part_ = upper ? Part{c.slab + 1, SIZE_MAX} : Part{0, c.slab};
-    const bool parted = move_to({0, slab, c.v, c.v}, {target}, true);
-    part_ = {};
-    if (parted) return true;
-    join_panels(count);
     take_back_all(leads);
     return false;
+  }
+  template <class F>
+  static bool all_from_first(std::size_t count, F&& f) {
+    for (std::size_t i = 0; i < count; ++i)
+      if (!f(i)) return false;
+    return true;
+  }
+  bool move_parts(const Corner& corner, const Target& target) {
+    const GridPoint v = corner.v;
+    const auto candidate_of = [&](std::size_t i) {
+      return Candidate{0, target.part[i].last == corner.slab ? corner.slab : corner.slab + 1, v, v};
+    };
+    const Candidate c{0, corner.slab, v, v};
+    if (!find_simple(c)) return false;
+    const double before = sharpness(c, nullptr);
+    if (!(before > kLeastGain)) return false;
+    for (const Moving& m : moving_) {
+      const GridPoint& t = target.of(panels_[std::size_t(m.panel)].first);
+      if (t != v && distance(m.x, t) < limits_.apart) return false;
+    }
+    const std::int32_t first = lowest_, last = lowest_ + std::int32_t(steps_.size()) - 1;
+    for (std::size_t i = 0; i < target.parts; ++i)
+      if (is_crowded(target.place[i], std::max(first, std::int32_t(target.part[i].first)),
+                     std::int32_t(std::min(std::size_t(last), target.part[i].last)), c, kNone))
+        return false;
+    if (sharpness(c, &target) > before - kLeastGain) return false;
+    const std::vector<Moving> all = moving_;
+    for (std::size_t i = 0; i < target.parts; ++i) {
+      part_ = target.part[i];
+      if (!find_simple(candidate_of(i))) return false;
+      reach_near_ = distance(target.place[i], v);
+      find_all_near();
+      if (!parts_cleanly(v, target.place[i]) || !possible(candidate_of(i), target.place[i])) return false;
+    }
+    if (target.parts > 1)  // ... and out of the way of each other
+      for (const Moving& m : all)
+        for (const Moving& n : all) {
+          const std::int32_t i = panels_[std::size_t(m.panel)].first, j = panels_[std::size_t(n.panel)].first;
+          const GridPoint &s = target.of(i), &t = target.of(j);
+          if (s != target.place[0] || t != target.place[1]) continue;
+          if (m.x == n.x ? orientation(m.x, s, t) == 0 : segments_meet(s, m.x, t, n.x)) return false;
+          if (segment_distance(s, t, n.x) < limits_.clearance || segment_distance(t, s, m.x) < limits_.clearance)
+            return false;
+        }
+    for (std::size_t i = 0; i < target.parts; ++i) {
+      part_ = target.part[i];
+      if (find_simple(candidate_of(i))) settle(candidate_of(i), target.place[i]);
+    }
+    return true;
   }
   bool open_at_vertex(const Corner& c) {
     const std::int32_t k = panel_between(c.v, c.a, c.slab), l = panel_between(c.v, c.b, c.slab + 1);
