@@ -45,17 +45,28 @@ public:
       open_all(kRounds);
       tidy();
       open_all(kLastRounds);
+      // What is left goes on to where there is more room, even if the way there is a bit worse.
+      limits_.deviation = std::max(limits_.deviation, limits_.most);
+      limits_.apart *= kApartAtLast;
+      open_all_gaining(kSmallGain, kSmallRounds);
+      for (int i = 0; i < kShakes; ++i) {
+        open_all_gaining(-kShake, 1);
+        open_all_gaining(kSmallGain, kSmallRounds);
+      }
     });
   }
 
 private:
-  static constexpr int kRounds = 3, kLastRounds = 2;
+  static constexpr int kRounds = 3, kLastRounds = 2, kSmallRounds = 6, kShakes = 2;
   static constexpr std::int32_t kMostSlabs = 128;  // no vertex is put into more of them for one corner
   static constexpr std::size_t kMostPanels = 64;  // where more end in one place, nothing moves, and none is asked about
   static constexpr double kFarthest = 16;         // of `apart`: what a column moves in all
   static constexpr double kMargin = 1;            // degrees more than asked for
-  static constexpr double kNear = 4;         // of `apart`: what happens farther from a corner does not matter to it
-  static constexpr double kLeastGain = 0.5;  // see sharpness
+  static constexpr double kNear = 4;  // of `apart`: what happens farther from a corner does not matter to it
+  static constexpr double kLeastGain =
+      0.5;  // of sharpness, which a corner that is there no more makes less by 1 or more
+  static constexpr double kSmallGain = 0.02, kShake = 0.3;  // at last, and what may be lost on the way
+  static constexpr double kApartAtLast = 0.9;               // of `apart`
   /// Shares of a way between two edges that it has of the second one.
   static constexpr std::array<double, 9> kShares{0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875, 0, 1};
   static constexpr std::array<double, 4> kPushes{0.17, 0.33, 0.58, 0.83};  // of `apart`: what ends are pushed by
@@ -207,10 +218,15 @@ private:
     std::size_t parts = 0;
     std::array<GridPoint, 2> place{};
     std::array<Part, 2> part{};
+    /// The number of the part that a slab is in; that of parts if in none.
+    [[nodiscard]] std::size_t part_of(std::int32_t slab) const {
+      std::size_t i = 0;
+      while (i < parts && (part[i].first > std::size_t(slab) || std::size_t(slab) > part[i].last)) ++i;
+      return i;
+    }
     [[nodiscard]] const GridPoint& of(std::int32_t slab) const {
-      for (std::size_t i = 0; i < parts; ++i)
-        if (part[i].first <= std::size_t(slab) && std::size_t(slab) <= part[i].last) return place[i];
-      return one;
+      const std::size_t i = part_of(slab);
+      return i < parts ? place[i] : one;
     }
   };
   /// What the sharp corners count around the columns in question, those of one contour too, each 1 to 2; `target`: if
@@ -308,14 +324,14 @@ private:
     reach_near_ = 0;
     for (const GridPoint& t : targets) reach_near_ = std::max({reach_near_, distance(t, c.v), distance(t, c.w)});
     const double before = sharpness(c, nullptr);
-    if (!(before > kLeastGain)) return false;
+    if (!(before > std::max(gain_, 0.0))) return false;
     for (const GridPoint& t : targets) {
       if (!near_slice(t) || std::any_of(moving_.begin(), moving_.end(),
                                         [&](const Moving& m) { return distance(m.x, t) < limits_.apart; }))
         continue;
       if (added && is_crowded(t, lowest_, lowest_ + std::int32_t(steps_.size()) - 1, c, kNone)) continue;
       const Target target{t};
-      if (sharpness(c, &target) > before - kLeastGain) continue;
+      if (sharpness(c, &target) > before - gain_) continue;
       if (near_.empty()) find_all_near();
       if (!added && gets_crowded(c, t)) continue;
       if (!possible(c, t)) continue;
@@ -394,9 +410,15 @@ private:
       if (opened == 0) break;
     }
   }
+  /// The same for corners that were tried before, with another gain.
+  void open_all_gaining(double gain, int rounds) {
+    gain_ = gain;
+    all_in_ = round_ + 1;
+    open_all(rounds);
+  }
   /// Has anything moved near a corner since it was tried last?
   [[nodiscard]] bool may_have_changed(const Corner& c) const {
-    if (round_ == 1) return true;
+    if (round_ == all_in_) return true;
     const auto near = std::int64_t(kNear * limits_.apart + std::max(distance(c.v, c.a), distance(c.v, c.b)));
     return buckets_.any_on(c.v, c.v, near, [&](std::size_t bucket) {
       looked();
@@ -522,36 +544,24 @@ private:
             if (share < 1) move(at_side(1 - share), {alone ? first : 0, c.slab});
             if (share > 0) move(at_side(-share), {c.slab + 1, alone ? last : SIZE_MAX});
             for (const double before : kBefore)
-              if (part(c, target, (before - along) * far)) return true;
+              if (part(c.v, c.slab, target, (before - along) * far)) return true;
           }
       }
     return false;
   }
-  /// Moves the parts to their targets. The contours stay together up to `before` (about) from the corner, if they are
-  /// together there.
-  bool part(const Corner& c, const Target& target, double before) {
-    const auto slab_of = [&](std::size_t i) { return target.part[i].last == c.slab ? c.slab : c.slab + 1; };
+  /// Moves the parts of the column at v, which stands in `slab`, to their targets. What a part and the rest have in
+  /// common stays together up to `before` (about) from v.
+  bool part(const GridPoint& v, std::size_t slab, const Target& target, double before) {
     for (std::size_t i = 0; i < target.parts; ++i)
-      if (!is_near_slice(slab_of(i), target.place[i])) return false;
+      if (!is_near_slice(slab_in(target.part[i], slab), target.place[i])) return false;
     std::vector<Lead> leads;
-    const auto lead_back = [&](std::size_t slab) {
-      const std::int32_t back = next_panel(c.v, slab == c.slab ? c.a : c.b, slab);
-      if (back == kNone) return false;
-      const Panel& panel = panels_[std::size_t(back)];
-      const GridPoint u = panel.a == c.v ? panel.b : panel.a;
-      const double length = distance(c.v, u);
-      if (length <= kNearby * before) return true;
-      if (before < limits_.apart || length < before + limits_.apart) return false;
-      return lead(back, contour_point_between(c.v, u, before / length), slab, leads, true);
-    };
-    if (all_from_first(target.parts, [&](std::size_t i) { return lead_back(slab_of(i)); })) {
+    if (lead_common(v, target, before, leads)) {
       const std::size_t count = panels_.size();
-      part_panels(c.v, c.slab);
       for (std::size_t i = 0; i < target.parts; ++i) {
-        if (target.part[i].first > 0) part_panels(c.v, target.part[i].first - 1);
-        if (target.part[i].last < slabs_.size()) part_panels(c.v, target.part[i].last);
+        if (target.part[i].first > 0) part_panels(v, target.part[i].first - 1);
+        if (target.part[i].last < slabs_.size()) part_panels(v, target.part[i].last);
       }
-      const bool parted = move_parts(c, target);
+      const bool parted = move_parts(v, slab, target);
       part_ = {};
       if (parted) return true;
       join_panels(count);
@@ -559,21 +569,32 @@ private:
     take_back_all(leads);
     return false;
   }
-  template <class F>
-  static bool all_from_first(std::size_t count, F&& f) {
-    for (std::size_t i = 0; i < count; ++i)
-      if (!f(i)) return false;
+  /// A slab of a part of a column: that one, or the one next to it.
+  [[nodiscard]] static std::size_t slab_in(const Part& part, std::size_t slab) {
+    return std::clamp(slab, part.first, part.last);
+  }
+  /// Gives a vertex to the panels at v that are to be parted.
+  [[nodiscard]] bool lead_common(const GridPoint& v, const Target& target, double before, std::vector<Lead>& leads) {
+    const auto goes = [&](std::int32_t s) { return target.part_of(s); };
+    common_.clear();
+    for (const std::int32_t k : place_of(v).panels)
+      if (goes(panels_[std::size_t(k)].first) != goes(panels_[std::size_t(k)].last)) common_.push_back(k);
+    for (const std::int32_t k : common_) {
+      const Panel& panel = panels_[std::size_t(k)];
+      const GridPoint u = panel.a == v ? panel.b : panel.a;
+      const double length = distance(v, u);
+      if (length <= kNearby * before) continue;
+      if (before < limits_.apart || length < before + limits_.apart) return false;
+      if (!lead(k, contour_point_between(v, u, before / length), std::size_t(panel.first), leads, true)) return false;
+    }
     return true;
   }
-  bool move_parts(const Corner& corner, const Target& target) {
-    const GridPoint v = corner.v;
-    const auto candidate_of = [&](std::size_t i) {
-      return Candidate{0, target.part[i].last == corner.slab ? corner.slab : corner.slab + 1, v, v};
-    };
-    const Candidate c{0, corner.slab, v, v};
+  bool move_parts(const GridPoint& v, std::size_t slab, const Target& target) {
+    const auto candidate_of = [&](std::size_t i) { return Candidate{0, slab_in(target.part[i], slab), v, v}; };
+    const Candidate c{0, slab, v, v};
     if (!find_simple(c)) return false;
     const double before = sharpness(c, nullptr);
-    if (!(before > kLeastGain)) return false;
+    if (!(before > std::max(gain_, 0.0))) return false;
     for (const Moving& m : moving_) {
       const GridPoint& t = target.of(panels_[std::size_t(m.panel)].first);
       if (t != v && distance(m.x, t) < limits_.apart) return false;
@@ -583,7 +604,7 @@ private:
       if (is_crowded(target.place[i], std::max(first, std::int32_t(target.part[i].first)),
                      std::int32_t(std::min(std::size_t(last), target.part[i].last)), c, kNone))
         return false;
-    if (sharpness(c, &target) > before - kLeastGain) return false;
+    if (sharpness(c, &target) > before - gain_) return false;
     const std::vector<Moving> all = moving_;
     for (std::size_t i = 0; i < target.parts; ++i) {
       part_ = target.part[i];
@@ -613,7 +634,7 @@ private:
     if (k == kNone || l == kNone) return false;  // something has changed meanwhile
     const Panel below = panels_[std::size_t(k)], above = panels_[std::size_t(l)];
     if (std::size_t(below.last) > c.slab || std::size_t(above.first) <= c.slab) return false;
-    return go_together(c, k, l) || push_apart(c) || close_tip(c, k, l) || part(c);
+    return go_together(c, k, l) || push_apart(c) || close_tip(c, k, l) || part(c) || push_alone(c, k, l);
   }
   /// Leads both edges on one way until the rest of them makes a wide enough angle.
   bool go_together(const Corner& c, std::int32_t k, std::int32_t l) {
@@ -681,6 +702,32 @@ private:
     }
     return false;
   }
+  /// The same without what is below and above the edge, which goes another way.
+  bool push_alone(const Corner& c, std::int32_t k, std::int32_t l) {
+    const double turn = cross(c.v, c.a, c.b) > 0 ? 1 : -1;
+    for (const bool upper : {false, true}) {
+      const Panel panel = panels_[std::size_t(upper ? l : k)];
+      const GridPoint &x = upper ? c.b : c.a, &o = upper ? c.a : c.b;
+      const auto first = std::size_t(panel.first), last = std::size_t(panel.last);
+      if ((first == 0 || !stacked(first) || at(first - 1, x) == kNone) &&
+          (!stacked(last + 1) || at(last + 1, x) == kNone))
+        continue;
+      const double length = distance(c.v, o), dx = double(o.x - c.v.x) / length, dy = double(o.y - c.v.y) / length;
+      const double side = upper ? turn : -turn;
+      for (const double gap : kGaps)
+        for (const double along : {0.0, -1.0, 1.0}) {
+          const double far = gap * limits_.apart;
+          Target target{x};
+          target.place[0] =
+              rounded(double(x.x) + far * (along * dx - side * dy), double(x.y) + far * (along * dy + side * dx));
+          target.part[0] = {first, last};
+          target.parts = 1;
+          for (const double before : kBefore)
+            if (part(x, upper ? c.slab + 1 : c.slab, target, before * far)) return true;
+        }
+    }
+    return false;
+  }
   /// Moves one of the ends onto the other edge: the tip goes, and what follows it may have a wider angle.
   bool close_tip(const Corner& c, std::int32_t k, std::int32_t l) {
     std::vector<Lead> leads;
@@ -702,8 +749,11 @@ private:
 
   std::vector<char>* changed_ = nullptr;  // see run
   int round_ = 0;
+  int all_in_ = 1;                                     // the round in which every corner is tried
+  double gain_ = kLeastGain;                           // what is asked for
   std::vector<int> touched_;                           // of the buckets: the last round in which something moved there
   std::vector<Ray> rays_;                              // around the place in question
+  std::vector<std::int32_t> common_;                   // panels, see lead_common
   std::vector<std::int32_t> passing_;                  // panels, see add_through
   std::vector<std::int32_t> planes_;                   // where the rays may differ, by the slab below
   std::vector<std::pair<double, std::size_t>> order_;  // rays by direction
