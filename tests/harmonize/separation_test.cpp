@@ -262,6 +262,12 @@ const std::vector<std::array<double, 2>> kLower{{0, 0}, {1, 0}, {2, 0}, {3, 0}, 
                                                 {4, 4}, {3, 4}, {2, 4}, {1, 4}, {0, 4}, {0, 3}, {0, 2}, {0, 1}};
 const std::vector<std::array<double, 2>> kUpper{{0, 0},    {1, 0},    {2, 0}, {3, 0}, {4, 0}, {4, 1}, {4, 2}, {4, 3.2},
                                                 {4, 4.24}, {3, 4.12}, {2, 4}, {1, 4}, {0, 4}, {0, 3}, {0, 2}, {0, 1}};
+/// Slices whose contours are there: the upper side is higher.
+std::vector<std::array<double, 2>> raised(std::vector<std::array<double, 2>> points, double by) {
+  for (auto& [x, y] : points)
+    if (y > 3.5) y += by;
+  return points;
+}
 
 }  // namespace
 
@@ -296,13 +302,33 @@ TEST_CASE("corners of slabs that may not change stay as they are") {
 }
 
 TEST_CASE("a sharp corner that no way within the tolerance widens stays") {
-  // As above, with a tenth of the tolerance: 12 times as wide as what contours may move by.
-  const Contours contours = contours_of({{kLower}, {kUpper}}, 0.01);
-  const Opened opened = open_corners(contours, {0, 0});
+  // As above, with a tenth of the tolerance: 12 times as wide as what contours may move by. The slice of each is as far
+  // beyond the other contour as may be, so that neither can go away from the other.
+  const Contours contours = contours_of({{kLower}, {kUpper}}, 0.01),
+                 slices = contours_of({{raised(kLower, 0.0099)}, {raised(kUpper, -0.0099)}}, 0.01);
+  const Opened opened = open_corners(contours, slices.outlines, {0, 0});
   CHECK(measure_separation(opened.contours).between.sharp == 1);
-  CHECK(largest_deviation(opened.contours, contours.outlines) <= 1);
+  CHECK(largest_deviation(opened.contours, slices.outlines) <= 1);
   // What was put in to try is taken out again.
   CHECK(opened.contours.outlines == contours.outlines);
+}
+
+TEST_CASE("contours part on both sides where none can go away alone") {
+  // The tolerance leaves half of an edge to each.
+  for (const std::size_t slabs : {std::size_t(1), std::size_t(3)}) {
+    INFO(slabs << " slabs each");
+    std::vector<std::vector<std::vector<std::array<double, 2>>>> contours(slabs, {kLower}),
+        slices(slabs, {raised(kLower, 0.0035)});
+    contours.resize(2 * slabs, {kUpper});
+    slices.resize(2 * slabs, {raised(kUpper, -0.0035)});
+    const Contours before = contours_of(contours, 0.01), from = contours_of(slices, 0.01);
+    REQUIRE(measure_separation(before).between.sharp == 1);
+    const Opened opened = open_corners(before, from.outlines, std::vector<char>(2 * slabs, 0));
+    check_opened(opened.contours, from.outlines);
+    for (std::size_t s = 0; s < 2 * slabs; ++s) CHECK(!(opened.contours.outlines[s] == before.outlines[s]));
+    for (std::size_t s = 1; s < 2 * slabs; ++s)
+      CHECK((opened.contours.outlines[s] == opened.contours.outlines[s - 1]) == (s != slabs));
+  }
 }
 
 TEST_CASE("corners are opened beyond the box that the contours were in") {
@@ -378,6 +404,28 @@ TEST_CASE("contours that come together too early part before") {
       for (std::size_t s = 1; s < 2 * slabs; ++s)
         CHECK((opened.contours.outlines[s] == opened.contours.outlines[s - 1]) == (s != slabs));
     }
+}
+
+TEST_CASE("a part of a column goes away without what is above it") {
+  // The one at the top has a corner in the same place. Its slice is as far below as may be, that of the lowest as far
+  // above.
+  std::vector<std::array<double, 2>> top = kUpper;
+  top[8] = {4, 5.6};
+  top[9] = {2.3, 5.1};
+  for (const bool swapped : {false, true}) {
+    INFO("swapped " << swapped);
+    std::vector<std::vector<std::vector<std::array<double, 2>>>> contours{{kLower}, {kUpper}, {kUpper}, {top}},
+        slices{{raised(kLower, 0.0099)}, {raised(kUpper, 0.008)}, {raised(kUpper, 0.008)}, {raised(top, -0.0099)}};
+    if (swapped) {
+      std::reverse(contours.begin(), contours.end());
+      std::reverse(slices.begin(), slices.end());
+    }
+    const Contours before = contours_of(contours, 0.01), from = contours_of(slices, 0.01);
+    REQUIRE(measure_separation(before).between.sharp == 1);
+    const Opened opened = open_corners(before, from.outlines, std::vector<char>(4, 0));
+    check_opened(opened.contours, from.outlines);
+    CHECK(opened.contours.outlines[1] == opened.contours.outlines[2]);
+  }
 }
 
 TEST_CASE("chamfers and straight walls stay where nothing is sharp") {

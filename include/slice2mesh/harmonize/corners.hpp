@@ -592,7 +592,10 @@ private:
   bool move_parts(const GridPoint& v, std::size_t slab, const Target& target) {
     const auto candidate_of = [&](std::size_t i) { return Candidate{0, slab_in(target.part[i], slab), v, v}; };
     const Candidate c{0, slab, v, v};
-    if (!find_simple(c)) return false;
+    const Place& at_v = place_of(v);  // all of the column, what may not move included
+    if (!find_steps(slab, at_v, nowhere_)) return false;
+    find_moving(v, at_v, v, nowhere_);
+    if (moving_.size() > kMostPanels) return false;
     const double before = sharpness(c, nullptr);
     if (!(before > std::max(gain_, 0.0))) return false;
     for (const Moving& m : moving_) {
