@@ -407,15 +407,15 @@ TEST_CASE("contours that come together too early part before") {
 }
 
 TEST_CASE("a part of a column goes away without what is above it") {
-  // The one at the top has a corner in the same place. Its slice is as far below as may be, that of the lowest as far
-  // above.
-  std::vector<std::array<double, 2>> top = kUpper;
-  top[8] = {4, 5.6};
-  top[9] = {2.3, 5.1};
+  // The peak of the one at the top stands in the same place. Its slice is as far below as may be, that of the lowest as
+  // far above.
+  const std::vector<std::array<double, 2>> top{{0, 0}, {4, 0}, {4, 2}, {2, 4}, {0, 2}};
+  std::vector<std::array<double, 2>> top_slice = top;
+  top_slice[3][1] -= 0.0099;
   for (const bool swapped : {false, true}) {
     INFO("swapped " << swapped);
     std::vector<std::vector<std::vector<std::array<double, 2>>>> contours{{kLower}, {kUpper}, {kUpper}, {top}},
-        slices{{raised(kLower, 0.0099)}, {raised(kUpper, 0.008)}, {raised(kUpper, 0.008)}, {raised(top, -0.0099)}};
+        slices{{raised(kLower, 0.0099)}, {raised(kUpper, 0.008)}, {raised(kUpper, 0.008)}, {top_slice}};
     if (swapped) {
       std::reverse(contours.begin(), contours.end());
       std::reverse(slices.begin(), slices.end());
@@ -425,6 +425,7 @@ TEST_CASE("a part of a column goes away without what is above it") {
     const Opened opened = open_corners(before, from.outlines, std::vector<char>(4, 0));
     check_opened(opened.contours, from.outlines);
     CHECK(opened.contours.outlines[1] == opened.contours.outlines[2]);
+    CHECK(opened.contours.outlines[swapped ? 0 : 3] == before.outlines[swapped ? 0 : 3]);
   }
 }
 

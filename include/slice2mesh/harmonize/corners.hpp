@@ -528,7 +528,7 @@ private:
                goes_on_above = stacked(last + 1) && at(last + 1, c.v) != kNone;
     for (const bool alone : {false, true})
       for (const double share : kPartShares) {
-        if (alone && (share == 0 || !goes_on_below) && (share == 1 || !goes_on_above)) continue;
+        if (alone && (share == 1 || !goes_on_below) && (share == 0 || !goes_on_above)) continue;
         for (const double gap : kGaps)
           for (const double along : kAlongs) {
             const double far = gap * limits_.apart;
