@@ -208,8 +208,48 @@ private:
         result.push_back({degrees, s, v, below.far, above.far, below.through, above.through});
       });
     }
+    add_crossings(result);
     std::sort(result.begin(), result.end());
     return result;
+  }
+  /// Adds the sharp corners of edges that cross where neither has a vertex: both go through there.
+  void add_crossings(std::vector<Corner>& corners) {
+    const auto cross_sharply = [](const Panel& p, const Panel& q) {
+      if (p.a == q.a || p.a == q.b || p.b == q.a || p.b == q.b || !segments_meet(p.a, p.b, q.a, q.b)) return false;
+      return std::min({segment_distance(p.a, q.a, q.b), segment_distance(p.b, q.a, q.b),
+                       segment_distance(q.a, p.a, p.b), segment_distance(q.b, p.a, p.b)}) > kOn;
+    };
+    for (std::size_t bucket = 0; bucket < bucket_.size(); ++bucket) {
+      looked();
+      passing_.clear();
+      for (std::int32_t i = bucket_[bucket].first; i != kNone; i = entries_[std::size_t(i)].next)
+        if (is_alive(entries_[std::size_t(i)].panel)) passing_.push_back(entries_[std::size_t(i)].panel);
+      if (passing_.size() < 2) continue;
+      looked(passing_.size());
+      const auto first_of = [&](std::int32_t k) { return panels_[std::size_t(k)].first; };
+      std::sort(passing_.begin(), passing_.end(), [&](std::int32_t k, std::int32_t l) {
+        return first_of(k) != first_of(l) ? first_of(k) < first_of(l) : k < l;
+      });
+      for (const std::int32_t k : passing_) {
+        const Panel& below = panels_[std::size_t(k)];
+        const std::int32_t slab = below.last;
+        if (!stacked(std::size_t(slab) + 1)) continue;
+        auto l = std::lower_bound(passing_.begin(), passing_.end(), slab + 1,
+                                  [&](std::int32_t m, std::int32_t first) { return first_of(m) < first; });
+        for (; l != passing_.end() && first_of(*l) == slab + 1; ++l) {
+          looked();
+          const Panel& above = panels_[std::size_t(*l)];
+          const double x = double(below.b.x - below.a.x), y = double(below.b.y - below.a.y),
+                       u = double(above.b.x - above.a.x), v = double(above.b.y - above.a.y);
+          const double degrees = std::atan2(std::fabs(x * v - y * u), std::fabs(x * u + y * v)) * (180 / kPi);
+          if (degrees >= kSeparationAngle || !cross_sharply(below, above)) continue;
+          const GridPoint at = rounded_crossing(below.a, below.b, above.a, above.b);
+          const bool alike = x * u + y * v > 0;
+          corners.push_back({degrees, std::size_t(slab), {round_to_step(at.x), round_to_step(at.y)}, below.b,
+                             alike ? above.b : above.a, k, *l});
+        }
+      }
+    }
   }
 
   /// Where columns go: all to one place, or the slabs of two parts to one place each while the others stay.
