@@ -22,16 +22,16 @@
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/harmonize/column_stack.hpp"
 #include "slice2mesh/harmonize/contour_shape.hpp"
+#include "slice2mesh/harmonize/corner_finder.hpp"
 #include "slice2mesh/harmonize/separation_report.hpp"
 #include "slice2mesh/regions/thicken.hpp"
 
 namespace slice2mesh::detail {
 
-/// Opens the sharp corners between contours of neighboring slabs: angles below kSeparationAngle of two edges that meet
-/// in a plane and are of one of its two contours each.
-class CornerOpener : private ColumnStack {
+/// Opens the sharp corners between contours of neighboring slabs.
+class CornerOpener : private CornerFinder {
 public:
-  using ColumnStack::ColumnStack;
+  using CornerFinder::CornerFinder;
 
   /// Opens what can be opened, merges the ends of short edges where no corner gets sharper by it, and opens again; to
   /// be called once. `changed` (#S) tells the slabs concerned. `poll` is called now and then; what it throws ends the
@@ -59,12 +59,11 @@ public:
 private:
   static constexpr int kRounds = 3, kLastRounds = 2, kSmallRounds = 6, kShakes = 2;
   static constexpr std::int32_t kMostSlabs = 128;  // no vertex is put into more of them for one corner
-  static constexpr std::size_t kMostPanels = 64;  // where more end in one place, nothing moves, and none is asked about
-  static constexpr double kFarthest = 16;         // of `apart`: what a column moves in all
-  static constexpr double kMargin = 1;            // degrees more than asked for
+  static constexpr double kFarthest = 16;          // of `apart`: what a column moves in all
+  static constexpr double kMargin = 1;             // degrees more than asked for
   static constexpr double kNear = 4;  // of `apart`: what happens farther from a corner does not matter to it
-  static constexpr double kLeastGain =
-      0.5;  // of sharpness, which a corner that is there no more makes less by 1 or more
+  /// What sharpness gets less by at least: a corner that is there no more makes it less by 1 or more.
+  static constexpr double kLeastGain = 0.5;
   static constexpr double kSmallGain = 0.02, kShake = 0.3;  // at last, and what may be lost on the way
   static constexpr double kApartAtLast = 0.9;               // of `apart`
   /// Shares of a way between two edges that it has of the second one.
@@ -78,250 +77,6 @@ private:
   static constexpr std::array<double, 2> kBefore{1.6, 1.2};
   static constexpr std::array<double, 5> kPartShares{0, 1, 0.5, 0.3, 0.7};  // of that: what the upper part moves
   static constexpr double kNearby = 1.06;  // of that: a vertex that is this near may stand for it
-
-  /// An edge from a place, in some slabs. `through`: the panel that passes through the place and has no vertex there.
-  struct Ray {
-    GridPoint far;
-    std::int32_t first, last;
-    std::int32_t through;
-  };
-  /// Two edges of neighboring slabs that meet at v in a sharp angle: va of a slab, vb of the one above.
-  struct Corner {
-    double degrees;
-    std::size_t slab;
-    GridPoint v, a, b;
-    std::int32_t through_a, through_b;
-    bool operator<(const Corner& o) const {
-      if (degrees != o.degrees) return degrees < o.degrees;
-      if (slab != o.slab) return slab < o.slab;
-      if (v != o.v) return v < o.v;
-      return a != o.a ? a < o.a : b < o.b;
-    }
-  };
-
-  // --- finding
-
-  [[nodiscard]] bool is_alive(std::int32_t k) const { return found_[std::size_t(k)] != UINT32_MAX; }
-  [[nodiscard]] bool moves(std::int32_t k) const {
-    return std::any_of(moving_.begin(), moving_.end(), [&](const Moving& m) { return m.panel == k; });
-  }
-  /// Does the plane lead a panel through p, where it does not end?
-  [[nodiscard]] bool passes(std::int32_t k, const GridPoint& p) const {
-    const GridPoint &a = panels_[std::size_t(k)].a, &b = panels_[std::size_t(k)].b;
-    const auto on = std::int64_t(kOn) + 1;
-    if (!is_alive(k) || a == p || b == p || std::max(a.x, b.x) + on < p.x || std::min(a.x, b.x) - on > p.x)
-      return false;
-    return dot(a, b, p) > 0 && dot(b, a, p) > 0 && segment_distance(p, a, b) <= kOn;
-  }
-  /// Adds the edges that end in p.
-  void add_ends(const GridPoint& p) {
-    for (const std::int32_t k : place_of(p).panels) {
-      const Panel& panel = panels_[std::size_t(k)];
-      rays_.push_back({panel.a == p ? panel.b : panel.a, panel.first, panel.last, kNone});
-    }
-  }
-  /// Adds those of the slabs next to those of the rays that pass through p: the plane leads them through it.
-  void add_through(const GridPoint& p, bool after) {
-    if (rays_.empty()) return;
-    std::int32_t first = rays_.front().first, last = rays_.front().last;
-    for (const Ray& r : rays_) {
-      first = std::min(first, r.first);
-      last = std::max(last, r.last);
-    }
-    passing_.clear();
-    buckets_.for_each_on(p, p, std::int64_t(kOn) + 1, [&](std::size_t bucket) {
-      std::size_t count = 1;
-      for (std::int32_t i = bucket_[bucket].first; i != kNone; i = entries_[std::size_t(i)].next) {
-        ++count;
-        const Entry& entry = entries_[std::size_t(i)];
-        if (entry.last < first - 1 || entry.first > last + 1 || !is_alive(entry.panel)) continue;
-        if (!passes(entry.panel, p) || (after && moves(entry.panel))) continue;
-        passing_.push_back(entry.panel);
-      }
-      looked(count);
-    });
-    std::sort(passing_.begin(), passing_.end());
-    passing_.erase(std::unique(passing_.begin(), passing_.end()), passing_.end());
-    for (const std::int32_t k : passing_) {
-      const Panel& panel = panels_[std::size_t(k)];
-      rays_.push_back({panel.a, panel.first, panel.last, k});
-      rays_.push_back({panel.b, panel.first, panel.last, k});
-    }
-  }
-  /// Calls corner(slab, below, above, degrees) for rays of neighboring slabs that follow each other around p at a sharp
-  /// angle: of no common one of the two, or, with `own`, of one as well.
-  template <class F>
-  void for_each_sharp(const GridPoint& p, bool own, F&& corner) {
-    if (rays_.size() < 2) return;
-    planes_.clear();
-    for (const Ray& r : rays_) {
-      planes_.push_back(r.last);
-      planes_.push_back(r.first - 1);
-    }
-    std::sort(planes_.begin(), planes_.end());
-    planes_.erase(std::unique(planes_.begin(), planes_.end()), planes_.end());
-    order_.clear();
-    for (std::size_t i = 0; i < rays_.size(); ++i)
-      order_.push_back({std::atan2(double(rays_[i].far.y - p.y), double(rays_[i].far.x - p.x)), i});
-    std::sort(order_.begin(), order_.end());
-    const auto on_one_way = [&](const Ray& q, const Ray& r) {  // the plane leads the longer one through the other's end
-      return segment_distance(q.far, p, r.far) <= kOn || segment_distance(r.far, p, q.far) <= kOn;
-    };
-    for (const std::int32_t s : planes_) {
-      if (s < 0 || !stacked(std::size_t(s) + 1)) continue;
-      looked(rays_.size());
-      around_.clear();
-      for (const auto& [angle, i] : order_) {
-        const Ray& r = rays_[i];
-        const int sides = (r.first <= s && s <= r.last ? 1 : 0) + (r.first <= s + 1 && s + 1 <= r.last ? 2 : 0);
-        if (sides == 0) continue;
-        if (!around_.empty() && on_one_way(rays_[around_.back().ray], r))
-          around_.back().sides |= sides;
-        else
-          around_.push_back({angle, i, sides});
-      }
-      if (around_.size() > 1 && on_one_way(rays_[around_.back().ray], rays_[around_.front().ray])) {
-        around_.front().sides |= around_.back().sides;
-        around_.pop_back();
-      }
-      if (around_.size() < 2) continue;
-      for (std::size_t i = 0; i < around_.size(); ++i) {
-        const bool end = i + 1 == around_.size();
-        const Direction &q = around_[i], &r = around_[end ? 0 : i + 1];
-        const double degrees = (r.angle - q.angle + (end ? 2 * kPi : 0)) * (180 / kPi);
-        if (degrees >= kSeparationAngle || (!own && (q.sides & r.sides) != 0)) continue;
-        corner(std::size_t(s), rays_[(q.sides & 1) != 0 ? q.ray : r.ray], rays_[(q.sides & 1) != 0 ? r.ray : q.ray],
-               degrees);
-      }
-    }
-  }
-  [[nodiscard]] std::vector<Corner> sharp_corners() {
-    std::vector<Corner> result;
-    for (const auto& [p, place] : places_) {  // in any order
-      looked();
-      if (place.panels.size() > kMostPanels) continue;
-      rays_.clear();
-      add_ends(p);
-      add_through(p, false);
-      const GridPoint v = p;
-      for_each_sharp(v, false, [&](std::size_t s, const Ray& below, const Ray& above, double degrees) {
-        result.push_back({degrees, s, v, below.far, above.far, below.through, above.through});
-      });
-    }
-    add_crossings(result);
-    std::sort(result.begin(), result.end());
-    return result;
-  }
-  /// Adds the sharp corners of edges that cross where neither has a vertex: both go through there.
-  void add_crossings(std::vector<Corner>& corners) {
-    const auto cross_sharply = [](const Panel& p, const Panel& q) {
-      if (p.a == q.a || p.a == q.b || p.b == q.a || p.b == q.b || !segments_meet(p.a, p.b, q.a, q.b)) return false;
-      return std::min({segment_distance(p.a, q.a, q.b), segment_distance(p.b, q.a, q.b),
-                       segment_distance(q.a, p.a, p.b), segment_distance(q.b, p.a, p.b)}) > kOn;
-    };
-    for (std::size_t bucket = 0; bucket < bucket_.size(); ++bucket) {
-      looked();
-      passing_.clear();
-      for (std::int32_t i = bucket_[bucket].first; i != kNone; i = entries_[std::size_t(i)].next)
-        if (is_alive(entries_[std::size_t(i)].panel)) passing_.push_back(entries_[std::size_t(i)].panel);
-      if (passing_.size() < 2) continue;
-      looked(passing_.size());
-      const auto first_of = [&](std::int32_t k) { return panels_[std::size_t(k)].first; };
-      std::sort(passing_.begin(), passing_.end(), [&](std::int32_t k, std::int32_t l) {
-        return first_of(k) != first_of(l) ? first_of(k) < first_of(l) : k < l;
-      });
-      for (const std::int32_t k : passing_) {
-        const Panel& below = panels_[std::size_t(k)];
-        const std::int32_t slab = below.last;
-        if (!stacked(std::size_t(slab) + 1)) continue;
-        auto l = std::lower_bound(passing_.begin(), passing_.end(), slab + 1,
-                                  [&](std::int32_t m, std::int32_t first) { return first_of(m) < first; });
-        for (; l != passing_.end() && first_of(*l) == slab + 1; ++l) {
-          looked();
-          const Panel& above = panels_[std::size_t(*l)];
-          const double x = double(below.b.x - below.a.x), y = double(below.b.y - below.a.y),
-                       u = double(above.b.x - above.a.x), v = double(above.b.y - above.a.y);
-          const double degrees = std::atan2(std::fabs(x * v - y * u), std::fabs(x * u + y * v)) * (180 / kPi);
-          if (degrees >= kSeparationAngle || !cross_sharply(below, above)) continue;
-          const GridPoint at = rounded_crossing(below.a, below.b, above.a, above.b);
-          const bool alike = x * u + y * v > 0;
-          corners.push_back({degrees, std::size_t(slab), {round_to_step(at.x), round_to_step(at.y)}, below.b,
-                             alike ? above.b : above.a, k, *l});
-        }
-      }
-    }
-  }
-
-  /// Where columns go: all to one place, or the slabs of two parts to one place each while the others stay.
-  struct Target {
-    GridPoint one;  // or where those are that stay
-    std::size_t parts = 0;
-    std::array<GridPoint, 2> place{};
-    std::array<Part, 2> part{};
-    /// The number of the part that a slab is in; that of parts if in none.
-    [[nodiscard]] std::size_t part_of(std::int32_t slab) const {
-      std::size_t i = 0;
-      while (i < parts && (part[i].first > std::size_t(slab) || std::size_t(slab) > part[i].last)) ++i;
-      return i;
-    }
-    [[nodiscard]] const GridPoint& of(std::int32_t slab) const {
-      const std::size_t i = part_of(slab);
-      return i < parts ? place[i] : one;
-    }
-  };
-  /// What the sharp corners count around the columns in question, those of one contour too, each 1 to 2; `target`: if
-  /// they were there.
-  [[nodiscard]] double sharpness(const Candidate& c, const Target* target) {
-    double sum = 0;
-    const std::int32_t first = lowest_, last = lowest_ + std::int32_t(steps_.size()) - 1;
-    const auto add = [&](const GridPoint& p) {
-      // What stands in slabs farther off does not change.
-      rays_.erase(std::remove_if(rays_.begin(), rays_.end(),
-                                 [&](const Ray& r) { return r.last < first - 1 || r.first > last + 1; }),
-                  rays_.end());
-      if (rays_.size() > kMostPanels) return;
-      if (target != nullptr)
-        for (Ray& r : rays_)
-          if ((r.far == c.v || r.far == c.w) && r.last >= first && r.first <= last) r.far = target->of(r.first);
-      rays_.erase(std::remove_if(rays_.begin(), rays_.end(), [&](const Ray& r) { return r.far == p; }), rays_.end());
-      add_through(p, target != nullptr);
-      for_each_sharp(
-          p, true, [&](std::size_t, const Ray&, const Ray&, double degrees) { sum += 2 - degrees / kSeparationAngle; });
-    };
-    ends_.clear();
-    for (const Moving& m : moving_) ends_.push_back(m.x);
-    std::sort(ends_.begin(), ends_.end());
-    ends_.erase(std::unique(ends_.begin(), ends_.end()), ends_.end());
-    for (const GridPoint& p : ends_) {
-      rays_.clear();
-      add_ends(p);
-      add(p);
-    }
-    rays_.clear();
-    add_ends(c.v);
-    if (target != nullptr && target->parts > 0) {
-      std::array<GridPoint, 3> places{c.v};
-      std::copy_n(target->place.begin(), target->parts, places.begin() + 1);
-      for (std::size_t i = 0; i <= target->parts; ++i) {
-        rays_.clear();
-        add_ends(c.v);
-        rays_.erase(
-            std::remove_if(rays_.begin(), rays_.end(), [&](const Ray& r) { return target->of(r.first) != places[i]; }),
-            rays_.end());
-        add(places[i]);
-      }
-      return sum;
-    }
-    if (target == nullptr) {
-      add(c.v);
-      rays_.clear();
-    }
-    if (c.w != c.v) add_ends(c.w);
-    add(target != nullptr ? target->one : c.w);
-    return sum;
-  }
-
-  // --- changing
 
   /// The panel between two places that a slab has, or kNone.
   [[nodiscard]] std::int32_t panel_between(const GridPoint& p, const GridPoint& q, std::size_t slab) const {
@@ -427,7 +182,7 @@ private:
   [[nodiscard]] bool gets_crowded(const Candidate& c, const GridPoint& t) const {
     return std::any_of(near_.begin(), near_.end(), [&](const Panel& panel) {
       for (const GridPoint* u : {&panel.a, &panel.b}) {
-        if (*u == c.v || *u == c.w) continue;
+        if (*u == t || *u == c.v || *u == c.w) continue;
         const double now = distance(*u, t);
         if (now < limits_.apart && now < std::min(distance(*u, c.v), distance(*u, c.w))) return true;
       }
@@ -531,12 +286,45 @@ private:
   bool open(const Corner& c) {
     // What the plane leads through the corner gets a vertex there, in all of its slabs.
     std::vector<Lead> leads;
-    const bool led =
-        (c.through_a == kNone || (passes(c.through_a, c.v) && lead(c.through_a, c.v, c.slab, leads, true))) &&
-        (c.through_b == kNone || (passes(c.through_b, c.v) && lead(c.through_b, c.v, c.slab + 1, leads, true)));
-    if (led && open_at_vertex(c)) return true;
+    const auto lead_here = [&](std::int32_t k, std::size_t slab) {
+      return k == kNone || (passes(k, c.v) && lead(k, c.v, slab, leads, true));
+    };
+    if (lead_here(c.through_a, c.slab) && lead_here(c.through_b, c.slab + 1) && open_at_vertex(c)) return true;
     take_back_all(leads);
+    if (c.through_a != kNone && c.through_b == kNone) return stand_together(c, c.through_a, c.slab, c.slab + 1);
+    if (c.through_b != kNone && c.through_a == kNone) return stand_together(c, c.through_b, c.slab + 1, c.slab);
     return false;
+  }
+  /// A vertex at the corner of `slab` that a panel of `other` passes through: moves it to where a vertex of a slab on
+  /// the panel's other side stands on the panel as well, too near to it for a vertex of the panel at the corner. Then
+  /// all have one there.
+  bool stand_together(const Corner& c, std::int32_t k, std::size_t other, std::size_t slab) {
+    if (!passes(k, c.v)) return false;
+    const Panel panel = panels_[std::size_t(k)];
+    GridPoint nearest = c.v;
+    double least = limits_.apart;
+    buckets_.for_each_on(c.v, c.v, std::int64_t(least) + 1, [&](std::size_t bucket) {
+      std::size_t count = 1;
+      for (std::int32_t i = bucket_[bucket].first; i != kNone; i = entries_[std::size_t(i)].next) {
+        ++count;
+        const Entry& entry = entries_[std::size_t(i)];
+        if (entry.last < panel.first - 1 || entry.first > panel.last + 1 || !is_alive(entry.panel)) continue;
+        for (const GridPoint& u : {panels_[std::size_t(entry.panel)].a, panels_[std::size_t(entry.panel)].b}) {
+          const double d = distance(u, c.v);
+          if (u == c.v || d > least || (d == least && !(u < nearest)) || !passes(k, u)) continue;
+          nearest = u;
+          least = d;
+        }
+      }
+      looked(count);
+    });
+    if (nearest == c.v) return false;
+    std::vector<Lead> leads;
+    const double gain = std::exchange(gain_, -kShake);  // what the angles are in the new place is of no account
+    const bool moved = lead(k, nearest, other, leads, false) && move_to({0, slab, c.v, c.v}, {nearest}, false);
+    gain_ = gain;
+    if (!moved) take_back_all(leads);
+    return moved;
   }
   /// Is the rest of a column that is parted out of the way of what moves?
   [[nodiscard]] bool parts_cleanly(const GridPoint& v, const GridPoint& target) const {
@@ -792,22 +580,10 @@ private:
 
   std::vector<char>* changed_ = nullptr;  // see run
   int round_ = 0;
-  int all_in_ = 1;                                     // the round in which every corner is tried
-  double gain_ = kLeastGain;                           // what is asked for
-  std::vector<int> touched_;                           // of the buckets: the last round in which something moved there
-  std::vector<Ray> rays_;                              // around the place in question
-  std::vector<std::int32_t> common_;                   // panels, see lead_common
-  std::vector<std::int32_t> passing_;                  // panels, see add_through
-  std::vector<std::int32_t> planes_;                   // where the rays may differ, by the slab below
-  std::vector<std::pair<double, std::size_t>> order_;  // rays by direction
-  /// One or more rays of a plane; sides: 1 of the contour below, 2 of the one above.
-  struct Direction {
-    double angle;
-    std::size_t ray;
-    int sides;
-  };
-  std::vector<Direction> around_;
-  std::vector<GridPoint> ends_;  // of the edges in question
+  int all_in_ = 1;                    // the round in which every corner is tried
+  double gain_ = kLeastGain;          // what is asked for
+  std::vector<int> touched_;          // of the buckets: the last round in which something moved there
+  std::vector<std::int32_t> common_;  // panels, see lead_common
 };
 
 }  // namespace slice2mesh::detail
