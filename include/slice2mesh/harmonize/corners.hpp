@@ -269,9 +269,10 @@ private:
     GridPoint at;
     std::size_t slab;
   };
-  /// Leads a panel through y. `stays`: the vertex does not move afterwards.
+  /// Leads a panel of a slab through y. `stays`: the vertex does not move afterwards.
   bool lead(std::int32_t k, const GridPoint& y, std::size_t slab, std::vector<Lead>& leads, bool stays) {
     const Panel& panel = panels_[std::size_t(k)];
+    if (std::size_t(panel.first) > slab || std::size_t(panel.last) < slab) return false;  // it was parted meanwhile
     if (panel.last - panel.first >= kMostSlabs) return false;
     moving_.clear();
     if (stays && is_crowded(y, panel.first, panel.last, {0, slab, y, y}, k)) return false;
@@ -318,10 +319,11 @@ private:
       }
       looked(count);
     });
-    if (nearest == c.v) return false;
+    const Candidate column{0, slab, c.v, c.v};
+    if (nearest == c.v || !find_simple(column) || is_crowded(nearest, panel.first, panel.last, column, k)) return false;
     std::vector<Lead> leads;
     const double gain = std::exchange(gain_, -kShake);  // what the angles are in the new place is of no account
-    const bool moved = lead(k, nearest, other, leads, false) && move_to({0, slab, c.v, c.v}, {nearest}, false);
+    const bool moved = lead(k, nearest, other, leads, false) && move_to(column, {nearest}, false);
     gain_ = gain;
     if (!moved) take_back_all(leads);
     return moved;
@@ -335,6 +337,7 @@ private:
         if (is_in_part(std::size_t(other.first))) continue;
         const GridPoint& x = other.a == v ? other.b : other.a;
         if (x == m.x ? orientation(x, v, target) == 0 : segments_meet(target, m.x, v, x)) return false;
+        if (segment_distance(target, v, x) < limits_.clearance) return false;
       }
     }
     return true;
