@@ -374,17 +374,22 @@ private:
             };
             if (share < 1) move(at_side(1 - share), {alone ? first : 0, c.slab});
             if (share > 0) move(at_side(-share), {c.slab + 1, alone ? last : SIZE_MAX});
-            for (const double before : kBefore)
-              if (part(c.v, c.slab, target, (before - along) * far)) return true;
+            if (part(c.v, c.slab, target, far, along)) return true;
           }
       }
     return false;
   }
   /// Moves the parts of the column at v, which stands in `slab`, to their targets. What a part and the rest have in
-  /// common stays together up to `before` (about) from v.
-  bool part(const GridPoint& v, std::size_t slab, const Target& target, double before) {
+  /// common stays together up to (about) a share of `far`, kBefore without `along`, from v.
+  bool part(const GridPoint& v, std::size_t slab, const Target& target, double far, double along) {
     for (std::size_t i = 0; i < target.parts; ++i)
-      if (!is_near_slice(slab_in(target.part[i], slab), target.place[i])) return false;
+      if (!is_near_slice(slab_in(target.part[i], slab), target.place[i]) || is_near_rest(v, target, i)) return false;
+    // Most are refused for what does not depend on the rest: nothing needs to be put in for that.
+    if (!find_all_of(v, slab) || gets_crowded(v, slab, target)) return false;
+    return std::any_of(kBefore.begin(), kBefore.end(),
+                       [&](double before) { return part(v, slab, target, (before - along) * far); });
+  }
+  bool part(const GridPoint& v, std::size_t slab, const Target& target, double before) {
     std::vector<Lead> leads;
     if (lead_common(v, target, before, leads)) {
       const std::size_t count = panels_.size();
@@ -400,6 +405,32 @@ private:
     take_back_all(leads);
     return false;
   }
+  /// Does what stays at v stand next to a part, and too near to where that goes?
+  [[nodiscard]] bool is_near_rest(const GridPoint& v, const Target& target, std::size_t part) const {
+    if (!(distance(target.place[part], v) < limits_.apart)) return false;
+    const auto stays = [&](std::size_t s) {
+      return s < slabs_.size() && target.part_of(std::int32_t(s)) == target.parts && at(s, v) != kNone;
+    };
+    const Part& p = target.part[part];
+    return (p.first > 0 && stacked(p.first) && stays(p.first - 1)) ||
+           (p.last < slabs_.size() && stacked(p.last + 1) && stays(p.last + 1));
+  }
+  /// Finds the steps and the panels of all of the column at v, of what may not move, too.
+  [[nodiscard]] bool find_all_of(const GridPoint& v, std::size_t slab) {
+    const Place& at_v = place_of(v);
+    if (!find_steps(slab, at_v, nowhere_)) return false;
+    find_moving(v, at_v, v, nowhere_);
+    return moving_.size() <= kMostPanels;
+  }
+  /// Needs that.
+  [[nodiscard]] bool gets_crowded(const GridPoint& v, std::size_t slab, const Target& target) {
+    const std::int32_t first = lowest_, last = lowest_ + std::int32_t(steps_.size()) - 1;
+    for (std::size_t i = 0; i < target.parts; ++i)
+      if (is_crowded(target.place[i], std::max(first, std::int32_t(target.part[i].first)),
+                     std::int32_t(std::min(std::size_t(last), target.part[i].last)), {0, slab, v, v}, kNone))
+        return true;
+    return false;
+  }
   /// A slab of a part of a column: that one, or the one next to it.
   [[nodiscard]] static std::size_t slab_in(const Part& part, std::size_t slab) {
     return std::clamp(slab, part.first, part.last);
@@ -408,8 +439,15 @@ private:
   [[nodiscard]] bool lead_common(const GridPoint& v, const Target& target, double before, std::vector<Lead>& leads) {
     const auto goes = [&](std::int32_t s) { return target.part_of(s); };
     common_.clear();
-    for (const std::int32_t k : place_of(v).panels)
-      if (goes(panels_[std::size_t(k)].first) != goes(panels_[std::size_t(k)].last)) common_.push_back(k);
+    for (const std::int32_t k : place_of(v).panels) {
+      const Panel& panel = panels_[std::size_t(k)];
+      const auto is_inside = [&](const Part& part) {
+        return std::size_t(panel.first) < part.first && part.last < std::size_t(panel.last);
+      };
+      if (goes(panel.first) != goes(panel.last) ||
+          std::any_of(target.part.begin(), target.part.begin() + std::ptrdiff_t(target.parts), is_inside))
+        common_.push_back(k);
+    }
     for (const std::int32_t k : common_) {
       const Panel& panel = panels_[std::size_t(k)];
       const GridPoint u = panel.a == v ? panel.b : panel.a;
@@ -423,21 +461,13 @@ private:
   bool move_parts(const GridPoint& v, std::size_t slab, const Target& target) {
     const auto candidate_of = [&](std::size_t i) { return Candidate{0, slab_in(target.part[i], slab), v, v}; };
     const Candidate c{0, slab, v, v};
-    const Place& at_v = place_of(v);  // all of the column, what may not move included
-    if (!find_steps(slab, at_v, nowhere_)) return false;
-    find_moving(v, at_v, v, nowhere_);
-    if (moving_.size() > kMostPanels) return false;
-    const double before = sharpness(c, nullptr);
-    if (!(before > std::max(gain_, 0.0))) return false;
+    if (!find_all_of(v, slab)) return false;
     for (const Moving& m : moving_) {
       const GridPoint& t = target.of(panels_[std::size_t(m.panel)].first);
       if (t != v && distance(m.x, t) < limits_.apart) return false;
     }
-    const std::int32_t first = lowest_, last = lowest_ + std::int32_t(steps_.size()) - 1;
-    for (std::size_t i = 0; i < target.parts; ++i)
-      if (is_crowded(target.place[i], std::max(first, std::int32_t(target.part[i].first)),
-                     std::int32_t(std::min(std::size_t(last), target.part[i].last)), c, kNone))
-        return false;
+    const double before = sharpness(c, nullptr);
+    if (!(before > std::max(gain_, 0.0))) return false;
     if (sharpness(c, &target) > before - gain_) return false;
     const std::vector<Moving> all = moving_;
     for (std::size_t i = 0; i < target.parts; ++i) {
@@ -556,8 +586,7 @@ private:
               rounded(double(x.x) + far * (along * dx - side * dy), double(x.y) + far * (along * dy + side * dx));
           target.part[0] = {first, last};
           target.parts = 1;
-          for (const double before : kBefore)
-            if (part(x, upper ? c.slab + 1 : c.slab, target, before * far)) return true;
+          if (part(x, upper ? c.slab + 1 : c.slab, target, far, 0)) return true;
         }
     }
     return false;
