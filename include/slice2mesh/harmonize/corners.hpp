@@ -439,15 +439,9 @@ private:
   [[nodiscard]] bool lead_common(const GridPoint& v, const Target& target, double before, std::vector<Lead>& leads) {
     const auto goes = [&](std::int32_t s) { return target.part_of(s); };
     common_.clear();
-    for (const std::int32_t k : place_of(v).panels) {
-      const Panel& panel = panels_[std::size_t(k)];
-      const auto is_inside = [&](const Part& part) {
-        return std::size_t(panel.first) < part.first && part.last < std::size_t(panel.last);
-      };
-      if (goes(panel.first) != goes(panel.last) ||
-          std::any_of(target.part.begin(), target.part.begin() + std::ptrdiff_t(target.parts), is_inside))
-        common_.push_back(k);
-    }
+    // Not those that go on below and above a part between: with a vertex for all of them elements got worse.
+    for (const std::int32_t k : place_of(v).panels)
+      if (goes(panels_[std::size_t(k)].first) != goes(panels_[std::size_t(k)].last)) common_.push_back(k);
     for (const std::int32_t k : common_) {
       const Panel& panel = panels_[std::size_t(k)];
       const GridPoint u = panel.a == v ? panel.b : panel.a;
