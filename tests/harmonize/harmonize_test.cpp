@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "../triangulate/flooded_faces.hpp"
+#include "harmonize/valid_outline.hpp"
 #include "plc/chain.hpp"
 #include "test_support.hpp"
 
@@ -52,22 +52,6 @@ double sampled_deviation(const Outline& from, const Outline& to) {
       worst = std::max(worst, distance_to(to, {a.x + (b.x - a.x) * i / 8, a.y + (b.y - a.y) * i / 8}));
     }
   return worst;
-}
-
-/// No crossings, no vertex on an edge, edges that separate something, and the regions of every vertex close up.
-void check_valid(const Outline& outline) {
-  std::vector<TaggedSegment> segments;
-  detail::append_segments(outline, 0, segments);
-  const Arrangement again = snap_round(segments);
-  REQUIRE(again.crossings == 0);
-  REQUIRE(again.vertices == outline.vertices);
-  REQUIRE(again.edges.size() == outline.edges.size());
-  const ArrangementFaces faces = flooded_faces(again);
-  for (const WindingState& state : faces.windings) {
-    REQUIRE(state.size() <= 1);
-    for (const EdgeTag& tag : state) REQUIRE(tag.winding == 1);
-  }
-  for (const Outline::Edge& e : outline.edges) REQUIRE(e.left != e.right);
 }
 
 void check_all(const Harmonized& h, bool sampled) {

@@ -162,6 +162,9 @@ protected:
     }
     add_crossings(result);
     std::sort(result.begin(), result.end());
+    // Crossings are found in every bucket that both edges pass.
+    const auto same = [](const Corner& p, const Corner& q) { return !(p < q); };
+    result.erase(std::unique(result.begin(), result.end(), same), result.end());
     return result;
   }
   /// Adds the sharp corners of edges that cross where neither has a vertex: both go through there.
@@ -226,8 +229,8 @@ protected:
       return i < parts ? place[i] : one;
     }
   };
-  /// What the sharp corners count around the columns in question, those of one contour too, each 1 to 2; `target`: if
-  /// they were there.
+  /// What the sharp corners count around the columns in question: 2 at 0 degrees, 1 at kSeparationAngle, those of one
+  /// contour (0 at kOwnAngle) kOwnWeight times as much; `target`: if the columns were there.
   [[nodiscard]] double sharpness(const Candidate& c, const Target* target) {
     double sum = 0;
     const std::int32_t first = lowest_, last = lowest_ + std::int32_t(steps_.size()) - 1;

@@ -69,6 +69,7 @@ private:
   /// Shares of a way between two edges that it has of the second one.
   static constexpr std::array<double, 9> kShares{0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875, 0, 1};
   static constexpr std::array<double, 4> kPushes{0.17, 0.33, 0.58, 0.83};  // of `apart`: what ends are pushed by
+  static constexpr std::array<double, 3> kPushAlongs{0, -1, 1};            // of that: along the other edge
   static constexpr double kWidestTip = 1.7;                                // of `apart`: that is closed
 
   /// What is tried where a column goes in two: what they are apart, in `apart`, and in shares of that, how much farther
@@ -83,16 +84,6 @@ private:
     for (const std::int32_t k : place_of(p).panels) {
       const Panel& panel = panels_[std::size_t(k)];
       if ((panel.a == p ? panel.b : panel.a) == q && std::size_t(panel.first) <= slab &&
-          slab <= std::size_t(panel.last))
-        return k;
-    }
-    return kNone;
-  }
-  /// The other panel of a slab that ends in p, beside the one to q; kNone if there is none.
-  [[nodiscard]] std::int32_t next_panel(const GridPoint& p, const GridPoint& q, std::size_t slab) const {
-    for (const std::int32_t k : place_of(p).panels) {
-      const Panel& panel = panels_[std::size_t(k)];
-      if ((panel.a == p ? panel.b : panel.a) != q && std::size_t(panel.first) <= slab &&
           slab <= std::size_t(panel.last))
         return k;
     }
@@ -328,19 +319,18 @@ private:
     if (!moved) take_back_all(leads);
     return moved;
   }
-  /// Is the rest of a column that is parted out of the way of what moves?
+  /// Is the rest of a column that is parted out of the way of what moves, and not too near to it?
   [[nodiscard]] bool parts_cleanly(const GridPoint& v, const GridPoint& target) const {
-    for (const Moving& m : moving_) {
-      if (segment_distance(v, target, m.x) < limits_.clearance) return false;
-      for (const Panel& other : near_) {
-        if (other.a != v && other.b != v) continue;
-        if (is_in_part(std::size_t(other.first))) continue;
-        const GridPoint& x = other.a == v ? other.b : other.a;
-        if (x == m.x ? orientation(x, v, target) == 0 : segments_meet(target, m.x, v, x)) return false;
-        if (segment_distance(target, v, x) < limits_.clearance) return false;
-      }
-    }
-    return true;
+    const auto is_clear = [&](const Moving& m) { return segment_distance(v, target, m.x) >= limits_.clearance; };
+    if (!std::all_of(moving_.begin(), moving_.end(), is_clear)) return false;
+    return std::none_of(near_.begin(), near_.end(), [&](const Panel& other) {
+      if ((other.a != v && other.b != v) || is_in_part(std::size_t(other.first))) return false;
+      const GridPoint& x = other.a == v ? other.b : other.a;
+      return segment_distance(target, v, x) < limits_.clearance ||
+             std::any_of(moving_.begin(), moving_.end(), [&](const Moving& m) {
+               return x == m.x ? orientation(x, v, target) == 0 : segments_meet(target, m.x, v, x);
+             });
+    });
   }
   /// The contours part where they come together: the column goes in two, below and above the plane, and one of them
   /// away from the other, or each from the other.
@@ -483,7 +473,8 @@ private:
         }
     for (std::size_t i = 0; i < target.parts; ++i) {
       part_ = target.part[i];
-      if (find_simple(candidate_of(i))) settle(candidate_of(i), target.place[i]);
+      (void)find_simple(candidate_of(i));  // as above: what the other one does changes nothing in its slabs
+      settle(candidate_of(i), target.place[i]);
     }
     return true;
   }
@@ -543,43 +534,40 @@ private:
     }
     return false;
   }
+  /// The end of one of the edges, pushed away from the other one by `far`, and along that by a share of it.
+  [[nodiscard]] static GridPoint pushed(const Corner& c, bool upper, double far, double along) {
+    const GridPoint &x = upper ? c.b : c.a, &o = upper ? c.a : c.b;
+    const double dx = double(o.x - c.v.x), dy = double(o.y - c.v.y), by = far / distance(c.v, o);
+    const double side = (cross(c.v, c.a, c.b) > 0) == upper ? 1 : -1;
+    return rounded(double(x.x) + by * (along * dx - side * dy), double(x.y) + by * (along * dy + side * dx));
+  }
   /// Moves one of the ends away from the other edge.
   bool push_apart(const Corner& c) {
-    const double turn = cross(c.v, c.a, c.b) > 0 ? 1 : -1;
     std::vector<GridPoint> targets;
     for (const bool upper : {false, true}) {
-      const GridPoint &x = upper ? c.b : c.a, &o = upper ? c.a : c.b;
-      const double length = distance(c.v, o), dx = double(o.x - c.v.x) / length, dy = double(o.y - c.v.y) / length;
-      const double side = upper ? turn : -turn;
+      const GridPoint& x = upper ? c.b : c.a;
       targets.clear();
       for (const double push : kPushes)
-        for (const double along : {0.0, -1.0, 1.0})
-          targets.push_back(rounded(double(x.x) + push * limits_.apart * (along * dx - side * dy),
-                                    double(x.y) + push * limits_.apart * (along * dy + side * dx)));
+        for (const double along : kPushAlongs) targets.push_back(pushed(c, upper, push * limits_.apart, along));
       if (move_to({0, upper ? c.slab + 1 : c.slab, x, x}, targets, false)) return true;
     }
     return false;
   }
   /// The same without what is below and above the edge, which goes another way.
   bool push_alone(const Corner& c, std::int32_t k, std::int32_t l) {
-    const double turn = cross(c.v, c.a, c.b) > 0 ? 1 : -1;
     for (const bool upper : {false, true}) {
       const Panel panel = panels_[std::size_t(upper ? l : k)];
-      const GridPoint &x = upper ? c.b : c.a, &o = upper ? c.a : c.b;
+      const GridPoint& x = upper ? c.b : c.a;
       const auto first = std::size_t(panel.first), last = std::size_t(panel.last);
       if ((first == 0 || !stacked(first) || at(first - 1, x) == kNone) &&
           (!stacked(last + 1) || at(last + 1, x) == kNone))
         continue;
-      const double length = distance(c.v, o), dx = double(o.x - c.v.x) / length, dy = double(o.y - c.v.y) / length;
-      const double side = upper ? turn : -turn;
       for (const double gap : kGaps)
-        for (const double along : {0.0, -1.0, 1.0}) {
+        for (const double along : kPushAlongs) {
           const double far = gap * limits_.apart;
-          Target target{x};
-          target.place[0] =
-              rounded(double(x.x) + far * (along * dx - side * dy), double(x.y) + far * (along * dy + side * dx));
+          Target target{x, 1};
+          target.place[0] = pushed(c, upper, far, along);
           target.part[0] = {first, last};
-          target.parts = 1;
           if (part(x, upper ? c.slab + 1 : c.slab, target, far, 0)) return true;
         }
     }
