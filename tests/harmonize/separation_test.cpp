@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "harmonize/valid_outline.hpp"
@@ -269,21 +270,17 @@ SliceStack wobbling_stack(std::uint32_t seed) {
   const double radius = real(2, 5), wobble = real(0.02, 0.15);
   std::vector<double> from_middle(corners);
   for (double& r : from_middle) r = radius * real(0.6, 1);
-  SliceStack stack;
-  for (std::size_t l = 0; l < layers; ++l) {
-    Layer layer;
-    layer.z = 0.5 * double(l);
-    Polyline line;
-    line.direction = Direction::Outer;
+  std::vector<std::vector<Polyline>> slices(layers);
+  for (std::vector<Polyline>& slice : slices) {
+    std::vector<Point2> points;
     for (std::size_t i = 0; i < corners; ++i) {
       const double angle = 2 * detail::kPi * double(i) / double(corners),
                    r = from_middle[i] + (random() % 3 == 0 ? 0 : real(-wobble, wobble));
-      line.points.push_back({r * std::cos(angle), r * std::sin(angle)});
+      points.push_back({r * std::cos(angle), r * std::sin(angle)});
     }
-    layer.polylines.push_back(line);
-    stack.layers.push_back(layer);
+    slice.push_back(loop(std::move(points)));
   }
-  return stack;
+  return stack_of(std::move(slices));
 }
 
 // The upper one leaves the lower one at (2, 4): by 0.12 mm over 1 mm, 6.8 degrees.
