@@ -181,6 +181,11 @@ private:
       }
     }
   }
+  /// Whether a step down a slope gains enough: of a convex cost, at most its length times the slope. Most vertices that
+  /// are where they should be have no other sign of it.
+  [[nodiscard]] static bool can_gain(double step, double slope, double current) {
+    return step * slope > kLeastGain * current;
+  }
   /// Looks for a better place: along the contour by pattern search, else down the gradient.
   bool smooth(std::int32_t v) {
     if (kind_[std::size_t(v)] == Kind::Fixed || graph_.star(v).empty()) return false;
@@ -225,7 +230,7 @@ private:
       const double g = std::hypot(gx, gy);
       if (!std::isfinite(g) || g == 0) return false;
       double step = 0.3 * star_.shortest();
-      for (int k = 0; k < kStepSizes && best == start; ++k, step *= 0.4) {
+      for (int k = 0; k < kStepSizes && best == start && can_gain(step, g / double(delta), current); ++k, step *= 0.4) {
         const std::int64_t x = -std::llround(step * gx / g), y = -std::llround(step * gy / g);
         if (star_.at(x, y, least) < least) best = {start.x + x, start.y + y};
       }
@@ -319,30 +324,32 @@ private:
     double tx = double(along.x), ty = double(along.y);
     const double t = std::hypot(tx, ty);
     if (t > 0) tx /= t, ty /= t;
-    double slope = 0;
+    double slope = 0;  // along the contour
     if (columns_->on_edge(index)) {
-      slope = column_cost_at({from.x + std::llround(delta * tx), from.y + std::llround(delta * ty)}, limit) - current;
+      slope = (column_cost_at({from.x + std::llround(delta * tx), from.y + std::llround(delta * ty)}, limit) - current) /
+              delta;
       put(before_);
       if (!std::isfinite(slope) || slope == 0) return false;
     } else {
-      const double gx = column_cost_at({from.x + std::llround(delta), from.y}, limit) - current,
-                   gy = column_cost_at({from.x, from.y + std::llround(delta)}, limit) - current;
+      const double gx = (column_cost_at({from.x + std::llround(delta), from.y}, limit) - current) / delta,
+                   gy = (column_cost_at({from.x, from.y + std::llround(delta)}, limit) - current) / delta;
       const double g = std::hypot(gx, gy);
       put(before_);
       if (!std::isfinite(g) || g == 0) return false;
-      if (column_descends(index, -gx / g, -gy / g, shortest, current, keep)) return true;
-      slope = (gx * tx + gy * ty) / g;
-      if (!(std::fabs(slope) > kLeastSlope)) return false;
+      if (column_descends(index, -gx / g, -gy / g, g, shortest, current, keep)) return true;
+      slope = gx * tx + gy * ty;
+      if (!(std::fabs(slope) > kLeastSlope * g)) return false;
     }
-    return column_descends(index, -std::copysign(tx, slope), -std::copysign(ty, slope), shortest, current, keep);
+    return column_descends(index, -std::copysign(tx, slope), -std::copysign(ty, slope), std::fabs(slope), shortest,
+                           current, keep);
   }
-  /// Tries steps in one direction, the longest first.
-  bool column_descends(std::size_t index, double dx, double dy, double shortest, double current,
+  /// Tries steps in one direction, down a slope, the longest first.
+  bool column_descends(std::size_t index, double dx, double dy, double slope, double shortest, double current,
                        ContourColumns::Keep keep) {
     const GridPoint from = columns_->place(index);
     const double least = (1 - kLeastGain) * current;
     double step = std::min(0.3 * shortest, columns_->reach());
-    for (int k = 0; k < kStepSizes; ++k, step *= 0.4) {
+    for (int k = 0; k < kStepSizes && can_gain(step, slope, current); ++k, step *= 0.4) {
       if (column_cost_at({from.x + std::llround(step * dx), from.y + std::llround(step * dy)}, least) < least &&
           graph_.all_positive(around_) && columns_->may_move(keep)) {
         columns_->moved();
