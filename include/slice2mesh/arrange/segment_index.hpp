@@ -192,12 +192,24 @@ private:
   // What some point has, and what no point exceeds. Pieces are judged by the first: errors do not add up.
   double worst = 0, bounded = 0;
   std::vector<Piece> stack;
-  std::vector<Nearest> at(from.vertices.size());
-  Poll listen(poll, 1 << 14);  // segments looked at
   constexpr double kAny = std::numeric_limits<double>::infinity();
-  for (std::size_t v = 0; v < at.size(); ++v) {
-    at[v] = to.nearest(from.vertices[v], kAny, &listen);
-    worst = std::max(worst, at[v].distance);
+  std::vector<Nearest> at(from.vertices.size(), {kAny, -1});
+  Poll listen(poll, 1 << 14);  // segments looked at
+  // Of what is not beyond the worst so far any segment will do, and that of a neighbor often does.
+  const auto look = [&](const GridPoint& p, std::ptrdiff_t hint) {
+    if (hint >= 0) {
+      const double d = to.distance_to(static_cast<std::size_t>(hint), p);
+      if (d <= worst) return Nearest{d, hint};
+    }
+    const Nearest n = to.nearest(p, kAny, &listen);
+    worst = std::max(worst, n.distance);
+    return n;
+  };
+  for (const Outline::Edge& e : from.edges) {
+    listen();
+    const auto a = static_cast<std::size_t>(e.a), b = static_cast<std::size_t>(e.b);
+    if (at[a].segment < 0) at[a] = look(from.vertices[a], at[b].segment);
+    if (at[b].segment < 0) at[b] = look(from.vertices[b], at[a].segment);
   }
   for (const Outline::Edge& e : from.edges) {
     stack.push_back({from.vertices[static_cast<std::size_t>(e.a)], from.vertices[static_cast<std::size_t>(e.b)],
@@ -209,10 +221,10 @@ private:
       // Along the piece the distance has slope at most one, and the distance to one segment is convex.
       const double length = detail::distance(p.a, p.b);
       double bound = (p.na.distance + p.nb.distance + length) / 2;
-      for (const Nearest& n : {p.na, p.nb}) {
-        if (n.segment < 0) continue;
-        const auto s = static_cast<std::size_t>(n.segment);
-        bound = std::min(bound, std::max(to.distance_to(s, p.a), to.distance_to(s, p.b)));
+      if (p.na.segment >= 0 && p.nb.segment >= 0) {
+        bound = std::min(bound, std::max(p.na.distance, to.distance_to(static_cast<std::size_t>(p.na.segment), p.b)));
+        if (p.na.segment != p.nb.segment)
+          bound = std::min(bound, std::max(p.nb.distance, to.distance_to(static_cast<std::size_t>(p.nb.segment), p.a)));
       }
       if (bound <= worst) continue;
       if (bound <= worst + resolution || length <= 2) {
@@ -220,8 +232,7 @@ private:
         continue;
       }
       const GridPoint m{p.a.x + (p.b.x - p.a.x) / 2, p.a.y + (p.b.y - p.a.y) / 2};
-      const Nearest nm = to.nearest(m, kAny, &listen);
-      worst = std::max(worst, nm.distance);
+      const Nearest nm = look(m, p.na.distance < p.nb.distance ? p.na.segment : p.nb.segment);
       stack.push_back({p.a, m, p.na, nm});
       stack.push_back({m, p.b, nm, p.nb});
     }

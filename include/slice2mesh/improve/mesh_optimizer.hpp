@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "slice2mesh/arrange/exact.hpp"
-#include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/harmonize/harmonize.hpp"
@@ -326,8 +325,9 @@ private:
     if (t > 0) tx /= t, ty /= t;
     double slope = 0;  // along the contour
     if (columns_->on_edge(index)) {
-      slope = (column_cost_at({from.x + std::llround(delta * tx), from.y + std::llround(delta * ty)}, limit) - current) /
-              delta;
+      slope =
+          (column_cost_at({from.x + std::llround(delta * tx), from.y + std::llround(delta * ty)}, limit) - current) /
+          delta;
       put(before_);
       if (!std::isfinite(slope) || slope == 0) return false;
     } else {
@@ -387,15 +387,21 @@ private:
                    [&](std::int32_t i) { return smooth_column(std::size_t(i), keep_of(worst[std::size_t(i)])); });
   }
 
-  /// Columns once more at the worst elements, each of which counts nearly alone: a little work, which is there even
-  /// where the rounds have used up all.
+  /// Everything once more at the worst elements, each of which counts nearly alone where columns move: a little work,
+  /// which is there even where the rounds have used up all.
   void rescue() {
     if (!columns_) return;
     most_work_ = double(graph_.work()) + kRescueShare * options_.most_work;
     steep_ = true;
+    floor_ = kRescued / kVeryBad * very_bad_;
     std::fill(tried_column_.begin(), tried_column_.end(), 0);
-    for (int round = 0; round < kRescueRounds; ++round)
-      if (column_round(kRescued / kVeryBad * very_bad_) == 0) return;
+    for (int round = 0; round < kRescueRounds; ++round) {
+      std::size_t done = column_round(floor_);
+      done += flip_round(floor_);
+      done += smooth_round();
+      done += collapse_round();
+      if (done == 0) return;
+    }
   }
 
   // --- collapses
@@ -511,46 +517,28 @@ private:
     std::vector<std::int32_t> start(stack_.meshes.size(), 0);
     for (std::size_t k = 1; k < start.size(); ++k)
       start[k] = start[k - 1] + std::int32_t(stack_.meshes[k - 1].vertices.size());
-    struct Face {
-      std::array<std::int32_t, 3> sorted, vertices;
-      std::size_t side;  // 0: the tet is below
-      Side cell;
-      bool operator<(const Face& o) const { return sorted != o.sorted ? sorted < o.sorted : side < o.side; }
-    };
-    std::vector<std::vector<Face>> faces_of(stack_.meshes.size());
     Poll listen(to_listener_, kPollEvery);
     for (std::int32_t t = 0; t < std::int32_t(graph_.size()); ++t) {
       listen();
       if (!graph_.alive(t)) continue;
-      const Tet& tet = graph_[t].v;
+      const TetGraph::Element& e = graph_[t];
       for (std::size_t i = 0; i < 4; ++i) {
-        const std::int32_t a = tet[(i + 1) % 4], b = tet[(i + 2) % 4], c = tet[(i + 3) % 4];
+        const std::int32_t a = e.v[(i + 1) % 4], b = e.v[(i + 2) % 4], c = e.v[(i + 3) % 4];
         if (graph_.plane(a) != graph_.plane(b) || graph_.plane(a) != graph_.plane(c)) continue;
-        Face face;
-        const auto level = std::size_t(graph_.plane(a));
-        face.vertices = {index[std::size_t(a)], index[std::size_t(b)], index[std::size_t(c)]};
-        for (std::int32_t& v : face.vertices) v -= start[level];
-        if (orientation(point(a), point(b), point(c)) < 0) std::swap(face.vertices[1], face.vertices[2]);
-        std::rotate(face.vertices.begin(), std::min_element(face.vertices.begin(), face.vertices.end()),
-                    face.vertices.end());
-        face.sorted = face.vertices;
-        std::sort(face.sorted.begin(), face.sorted.end());
-        face.side = graph_.plane(tet[i]) < graph_.plane(a) ? 0 : 1;
-        face.cell = {graph_[t].slab, graph_[t].region};
-        faces_of[level].push_back(face);
-      }
-    }
-    for (std::size_t k = 0; k < faces_of.size(); ++k) {
-      std::vector<Face>& faces = faces_of[k];
-      sort_listening(faces.begin(), faces.end(), listen);
-      PlaneMesh& mesh = stack_.meshes[k];
-      for (std::size_t f = 0; f < faces.size(); ++f) {
-        listen();
-        if (f == 0 || faces[f - 1].sorted != faces[f].sorted) {
-          mesh.triangles.push_back(faces[f].vertices);
-          mesh.sides.emplace_back();
-        }
-        mesh.sides.back()[faces[f].side] = faces[f].cell;
+        // Once for both tets at it: for the one below, where there is one.
+        const bool above = graph_.plane(e.v[i]) > graph_.plane(a);
+        const std::int32_t other = e.across[i];
+        if (above && other != kNone) continue;
+        std::array<std::int32_t, 3> triangle{index[std::size_t(a)], index[std::size_t(b)], index[std::size_t(c)]};
+        for (std::int32_t& v : triangle) v -= start[std::size_t(graph_.plane(a))];
+        if (orientation(point(a), point(b), point(c)) < 0) std::swap(triangle[1], triangle[2]);
+        std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()), triangle.end());
+        PlaneMesh& mesh = stack_.meshes[std::size_t(graph_.plane(a))];
+        mesh.triangles.push_back(triangle);
+        mesh.sides.emplace_back();
+        const Side cell{e.slab, e.region};
+        mesh.sides.back()[above ? 1 : 0] = cell;
+        if (other != kNone) mesh.sides.back()[1] = {graph_[other].slab, graph_[other].region};
       }
     }
   }
@@ -560,7 +548,7 @@ private:
   static constexpr double kBad = 3;                    ///< R/3r; what is above is worked on first; see bad_
   static constexpr double kSmoothed = 1.4;  ///< R/3r; all above is smoothed at last: a little more than that of columns
   static constexpr double kFlippedFirst = 1.9;     ///< R/3r above which tets are flipped when polishing begins
-  static constexpr double kRescued = 6;            ///< R/3r above which columns have their turn at last ...
+  static constexpr double kRescued = 6;            ///< R/3r above which all have their turn once more at last ...
   static constexpr double kRescueShare = 0.02;     ///< ... with this share of the work allowed, ...
   static constexpr int kRescueRounds = 8;          ///< ... so often at most
   static constexpr double kFullWork = 10;          ///< ratings per tet: all have their turn

@@ -325,15 +325,23 @@ private:
   }
   /// Every face at its lowest vertex.
   void find_neighbors(Poll& listen) {
-    for (std::size_t v = 0; v < stars_.size(); ++v) {
+    for (std::int32_t v = 0; v < std::int32_t(stars_.size()); ++v) {
       listen();
       open_.clear();
-      for (const std::int32_t t : stars_[v])
-        for (std::size_t i = 0; i < 4; ++i) {
-          if ((*this)[t].v[i] == std::int32_t(v)) continue;
-          const Face face = face_of(t, i);
-          if (face.a == std::int32_t(v)) join(face);
-        }
+      for (const std::int32_t t : stars_[std::size_t(v)]) {
+        // The lowest vertex of a tet is that of three faces, the next one of the face without the lowest.
+        const Tet& tet = (*this)[t].v;
+        std::size_t lower = 0, last = 0;
+        for (std::size_t i = 0; i < 4; ++i)
+          if (tet[i] < v) {
+            ++lower;
+            last = i;
+          }
+        if (lower == 1) join(face_of(t, last));
+        if (lower != 0) continue;
+        for (std::size_t i = 0; i < 4; ++i)
+          if (tet[i] != v) join(face_of(t, i));
+      }
     }
   }
   void remove(std::int32_t t) {
