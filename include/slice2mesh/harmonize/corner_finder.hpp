@@ -229,10 +229,14 @@ protected:
       return i < parts ? place[i] : one;
     }
   };
-  /// What the sharp corners count around the columns in question: 2 at 0 degrees, 1 at kSeparationAngle, those of one
-  /// contour (0 at kOwnAngle) kOwnWeight times as much; `target`: if the columns were there.
-  [[nodiscard]] double sharpness(const Candidate& c, const Target* target) {
-    double sum = 0;
+  /// What sharp corners count: 2 at 0 degrees, 1 at kSeparationAngle, those of one contour (0 at kOwnAngle) kOwnWeight
+  /// times as much.
+  struct Sharpness {
+    double all = 0, own = 0;  // own: of one contour
+  };
+  /// That of the corners around the columns in question; `target`: if the columns were there.
+  [[nodiscard]] Sharpness sharpness(const Candidate& c, const Target* target) {
+    Sharpness sum;
     const std::int32_t first = lowest_, last = lowest_ + std::int32_t(steps_.size()) - 1;
     const auto add = [&](const GridPoint& p) {
       // What stands in slabs farther off does not change.
@@ -246,7 +250,9 @@ protected:
       rays_.erase(std::remove_if(rays_.begin(), rays_.end(), [&](const Ray& r) { return r.far == p; }), rays_.end());
       add_through(p, target != nullptr);
       for_each_sharp(p, true, [&](std::size_t, const Ray&, const Ray&, double degrees, bool of_one) {
-        sum += (of_one ? kOwnWeight : 1) * (2 - degrees / kSeparationAngle);
+        const double counts = (of_one ? kOwnWeight : 1) * (2 - degrees / kSeparationAngle);
+        sum.all += counts;
+        if (of_one) sum.own += counts;
       });
     };
     ends_.clear();

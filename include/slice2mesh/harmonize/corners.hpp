@@ -64,8 +64,8 @@ private:
   static constexpr double kNear = 4;  // of `apart`: what happens farther from a corner does not matter to it
   /// What sharpness gets less by at least: a corner that is there no more makes it less by 1 or more.
   static constexpr double kLeastGain = 0.5;
-  static constexpr double kSmallGain = 0.02, kShake = 0.3;  // at last, and what may be lost on the way
-  static constexpr double kApartAtLast = 0.9;               // of `apart`
+  static constexpr double kSmallGain = 0.02, kShake = 1;  // at last, and what may be lost on the way
+  static constexpr double kApartAtLast = 0.9;             // of `apart`
   /// Shares of a way between two edges that it has of the second one.
   static constexpr std::array<double, 9> kShares{0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875, 0, 1};
   static constexpr std::array<double, 4> kPushes{0.17, 0.33, 0.58, 0.83};  // of `apart`: what ends are pushed by
@@ -98,6 +98,10 @@ private:
              (step.w == kNone || sheet.edges_at[std::size_t(step.w)].size() == 2);
     });
   }
+  /// Does a move gain what is asked for? What may be lost on the way is lost between contours: none gets a zigzag.
+  [[nodiscard]] bool gains(const Sharpness& before, const Sharpness& after) const {
+    return after.all <= before.all - gain_ && (gain_ > 0 || after.own <= before.own);
+  }
   /// Could a contour of a slab go through a point? Else there is no need to ask for more.
   [[nodiscard]] bool is_near_slice(std::size_t slab, const GridPoint& p) {
     return slice_of(slab)->index().is_within(p, limits_.deviation, listen_);
@@ -109,15 +113,15 @@ private:
     if (std::none_of(targets.begin(), targets.end(), near_slice) || !find_simple(c)) return false;
     reach_near_ = 0;
     for (const GridPoint& t : targets) reach_near_ = std::max({reach_near_, distance(t, c.v), distance(t, c.w)});
-    const double before = sharpness(c, nullptr);
-    if (!(before > std::max(gain_, 0.0))) return false;
+    const Sharpness before = sharpness(c, nullptr);
+    if (!(before.all > std::max(gain_, 0.0))) return false;
     for (const GridPoint& t : targets) {
       if (!near_slice(t) || std::any_of(moving_.begin(), moving_.end(),
                                         [&](const Moving& m) { return distance(m.x, t) < limits_.apart; }))
         continue;
       if (added && is_crowded(t, lowest_, lowest_ + std::int32_t(steps_.size()) - 1, c, kNone)) continue;
       const Target target{t};
-      if (sharpness(c, &target) > before - gain_) continue;
+      if (!gains(before, sharpness(c, &target))) continue;
       if (near_.empty()) find_all_near();
       if (!added && gets_crowded(c, t)) continue;
       if (!possible(c, t)) continue;
@@ -243,10 +247,10 @@ private:
       for (auto& target : targets) target.first = stays_in_shape(target.second) ? change(target.second) : HUGE_VAL;
       std::stable_sort(targets.begin(), targets.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
       reach_near_ = c.distance;
-      const double before = sharpness(c, nullptr);
+      const Sharpness before = sharpness(c, nullptr);
       for (const auto& target : targets) {
         const Target there{target.second};
-        if (target.first > limits_.deviation || sharpness(c, &there) > before) continue;
+        if (target.first > limits_.deviation || sharpness(c, &there).all > before.all) continue;
         if (near_.empty()) find_all_near();
         if (gets_crowded(c, target.second) || !possible(c, target.second)) continue;
         settle(c, target.second);
@@ -450,9 +454,9 @@ private:
       const GridPoint& t = target.of(panels_[std::size_t(m.panel)].first);
       if (t != v && distance(m.x, t) < limits_.apart) return false;
     }
-    const double before = sharpness(c, nullptr);
-    if (!(before > std::max(gain_, 0.0))) return false;
-    if (sharpness(c, &target) > before - gain_) return false;
+    const Sharpness before = sharpness(c, nullptr);
+    if (!(before.all > std::max(gain_, 0.0))) return false;
+    if (!gains(before, sharpness(c, &target))) return false;
     const std::vector<Moving> all = moving_;
     for (std::size_t i = 0; i < target.parts; ++i) {
       part_ = target.part[i];

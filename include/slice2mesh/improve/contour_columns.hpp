@@ -50,6 +50,7 @@ public:
   /// What a move has to keep, each with what is before it.
   enum class Keep : std::uint8_t {
     Nearness,  ///< of contours and slices, and what lies on which side of what
+    Angles,    ///< between contours of neighboring slabs, where they are sharp
     Walls,     ///< corners and straight walls of slices where harmonization left them
     Areas      ///< areas of slabs, nearly
   };
@@ -81,7 +82,7 @@ public:
   [[nodiscard]] std::size_t size() const { return columns_.size(); }
   /// May a column move at all, where a move has to keep that?
   [[nodiscard]] bool movable(std::size_t i, Keep keep) const {
-    return !columns_[i].group.empty() && (keep == Keep::Nearness || !columns_[i].corner_moves);
+    return !columns_[i].group.empty() && (keep < Keep::Walls || !columns_[i].corner_moves);
   }
   /// The column that a vertex of a plane belongs to, or kNone.
   [[nodiscard]] std::int32_t of(std::int32_t v) const { return column_of_[std::size_t(v)]; }
@@ -176,7 +177,8 @@ public:
   }
   /// May the column that was taken go to the last places given? Precondition: `points` has all of it there.
   [[nodiscard]] bool may_move(Keep keep) {
-    return (keep == Keep::Nearness || (corners_stay() && walls_stay())) && keeps_slices(keep) && way_is_clear();
+    return (keep < Keep::Angles || corners_stay()) && (keep < Keep::Walls || walls_stay()) && keeps_slices(keep) &&
+           way_is_clear();
   }
   /// It was moved there.
   void moved() {

@@ -278,7 +278,7 @@ private:
   /// What a tet counts when a column moves.
   [[nodiscard]] double cost(double badness) const {
     const double c = improvement_cost(badness);
-    return steep_ ? c * c * c : c;
+    return at_last_ ? c * c * c : c;
   }
 
   /// Finds all that moves with a column, and the tets around it.
@@ -364,7 +364,9 @@ private:
   /// What a move of a column has to keep where the worst element at it is so bad.
   [[nodiscard]] ContourColumns::Keep keep_of(double badness) const {
     using Keep = ContourColumns::Keep;
-    return badness > very_bad_ ? Keep::Nearness : badness > bad_ ? Keep::Walls : Keep::Areas;
+    return badness > very_bad_ ? (at_last_ ? Keep::Nearness : Keep::Angles)
+           : badness > bad_    ? Keep::Walls
+                               : Keep::Areas;
   }
   /// Contours move only where elements are bad after other means had their turn: elsewhere they stay what they are.
   std::size_t column_round(double floor) {
@@ -392,7 +394,7 @@ private:
   void rescue() {
     if (!columns_) return;
     most_work_ = double(graph_.work()) + kRescueShare * options_.most_work;
-    steep_ = true;
+    at_last_ = true;
     floor_ = kRescued / kVeryBad * very_bad_;
     std::fill(tried_column_.begin(), tried_column_.end(), 0);
     for (int round = 0; round < kRescueRounds; ++round) {
@@ -580,7 +582,7 @@ private:
   double bad_ = kBad, very_bad_ = kVeryBad;  // R/3r
   double floor_ = kBad;                      // R/3r, of what is worked on
   double most_work_ = options_.most_work;    // see exhausted()
-  bool steep_ = false;                       // what is worst counts alone, nearly
+  bool at_last_ = false;                     // what is worst counts alone, nearly; see rescue()
   std::int64_t next_poll_ = 0;
   std::vector<std::uint32_t> tried_smooth_, tried_pairs_, tried_column_;  // stamps
   StarCost star_;                                                         // of the vertex in question
