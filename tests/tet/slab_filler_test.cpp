@@ -260,6 +260,38 @@ TEST_CASE("fans of triangles around a point are filled, whatever way each layer 
   }
 }
 
+TEST_CASE("a wall may be bent apart exactly across, next to where it meets another one") {
+  // The way to the middle of the triangle at the tip passes exactly the end of a border on one wall, and the symbolic
+  // rule for ties puts it outside; beside the tip is the other wall, with an end that the way does not pass.
+  using detail::kPi;
+  std::size_t bent = 0;
+  for (int degrees = 12; degrees < 60; degrees += 3)
+    for (const int across : {1, 5, 12}) {
+      INFO(degrees << " degrees, bent by " << across << " pitches");
+      const double a = degrees * kPi / 180;
+      for (const double tip : {0.0, a}) {  // the bent wall is the lower one, or the upper one
+        const auto slice = [&] {
+          return std::vector<Polyline>{loop(
+              {{0, 0}, {16 * std::cos(tip - a), 16 * std::sin(tip - a)}, {16 * std::cos(tip), 16 * std::sin(tip)}})};
+        };
+        ChainOptions options;
+        options.contour_size = 9;
+        options.interior = false;
+        Chain chain = run_chain(stack_of({slice(), slice()}), options);
+        PlaneMesh& top = chain.planes[1];
+        const GridPoint corner = *std::min_element(top.vertices.begin(), top.vertices.end());
+        for (std::size_t v = chain.lifted[1].overlay.vertices.size(); v < top.vertices.size(); ++v) {
+          GridPoint& p = top.vertices[v];
+          if (!top.fixed[v] || p.y != corner.y) continue;
+          p.y += tip == 0 ? -across : across;
+          ++bent;
+        }
+        check_fill(chain.plc());
+      }
+    }
+  CHECK(bent > 50);
+}
+
 TEST_CASE("the two chains of a wall may be bent apart by a few pitches") {
   // Split points of both planes nearly coincide: so do the borders of the cells that begin there.
   std::size_t tets = 0, bent = 0, tried = 0;

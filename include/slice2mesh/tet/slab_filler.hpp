@@ -152,7 +152,9 @@ private:
             }
             if (passes == 1) return at;
           }
-          if (next == kNone && second_is_nearer<kLower>(target, pu, vertex(sheet, end.triangle, end.index))) {
+          // Between two walls there may be two such ends: again the one that the target is nearer to.
+          const GridPoint& nearest = outside_edge == kNone ? pu : vertex(sheet, beside.triangle, beside.index);
+          if (next == kNone && second_is_nearer<kLower>(target, nearest, vertex(sheet, end.triangle, end.index))) {
             outside = here;
             beside = end;
             outside_edge = edge;
