@@ -269,15 +269,13 @@ TEST_CASE("a wall may be bent apart exactly across, next to where it meets anoth
     for (const int across : {1, 5, 12}) {
       INFO(degrees << " degrees, bent by " << across << " pitches");
       const double a = degrees * kPi / 180;
-      for (const double tip : {0.0, a}) {  // the bent wall is the lower one, or the upper one
-        const auto slice = [&] {
-          return std::vector<Polyline>{loop(
-              {{0, 0}, {16 * std::cos(tip - a), 16 * std::sin(tip - a)}, {16 * std::cos(tip), 16 * std::sin(tip)}})};
-        };
+      for (const double tip : {0.0, a}) {  // the bent wall is the upper one, or the lower one
+        const std::vector<Polyline> slice{
+            loop({{0, 0}, {16 * std::cos(tip - a), 16 * std::sin(tip - a)}, {16 * std::cos(tip), 16 * std::sin(tip)}})};
         ChainOptions options;
         options.contour_size = 9;
         options.interior = false;
-        Chain chain = run_chain(stack_of({slice(), slice()}), options);
+        Chain chain = run_chain(stack_of({slice, slice}), options);
         PlaneMesh& top = chain.planes[1];
         const GridPoint corner = *std::min_element(top.vertices.begin(), top.vertices.end());
         for (std::size_t v = chain.lifted[1].overlay.vertices.size(); v < top.vertices.size(); ++v) {

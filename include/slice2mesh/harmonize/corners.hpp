@@ -317,7 +317,7 @@ private:
     const Candidate column{0, slab, c.v, c.v};
     if (nearest == c.v || !find_simple(column) || is_crowded(nearest, panel.first, panel.last, column, k)) return false;
     std::vector<Lead> leads;
-    const double gain = std::exchange(gain_, -kShake);  // what the angles are in the new place is of no account
+    const double gain = std::exchange(gain_, -kShake);  // a corner more in the new place is of no account
     const bool moved = lead(k, nearest, other, leads, false) && move_to(column, {nearest}, false);
     gain_ = gain;
     if (!moved) take_back_all(leads);

@@ -152,14 +152,17 @@ private:
             }
             if (passes == 1) return at;
           }
-          // Between two walls there may be two such ends: again the one that the target is nearer to.
-          const GridPoint& nearest = outside_edge == kNone ? pu : vertex(sheet, beside.triangle, beside.index);
-          if (next == kNone && second_is_nearer<kLower>(target, nearest, vertex(sheet, end.triangle, end.index))) {
-            outside = here;
-            beside = end;
-            outside_edge = edge;
+          if (next == kNone) {
+            // Between two walls there may be two such ends: again the one that the target is nearer to.
+            const GridPoint& nearest = outside_edge == kNone ? pu : vertex(sheet, beside.triangle, beside.index);
+            if (second_is_nearer<kLower>(target, nearest, vertex(sheet, end.triangle, end.index))) {
+              outside = here;
+              beside = end;
+              outside_edge = edge;
+            }
+            break;
           }
-          if (next == kNone || next == at.triangle) break;
+          if (next == at.triangle) break;
           here.triangle = next;
           here.index = index_of(sheet, next, u);
           side = next_side;
