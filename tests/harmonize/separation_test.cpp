@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "harmonize/valid_outline.hpp"
+#include "harmonize/wobbling_stack.hpp"
 #include "plc/chain.hpp"
 #include "slice2mesh/quality/causes.hpp"
 #include "slice2mesh/tet/slab_filler.hpp"
@@ -260,27 +261,6 @@ void check_opened(const Contours& contours, const std::vector<Outline>& slices) 
   CHECK(report.between.close_vertices.back() == 0);
   CHECK(report.between.close_vertex_edge.back() == 0);
   CHECK(largest_deviation(contours, slices) <= 1);
-}
-
-/// Slices with a corner in the same directions, each as far from the middle as it happens to be.
-SliceStack wobbling_stack(std::uint32_t seed) {
-  std::mt19937 random(seed);
-  const auto real = [&](double low, double high) { return low + (high - low) * double(random()) / 0x1p32; };
-  const auto corners = std::size_t(real(6, 24)), layers = std::size_t(real(3, 10));
-  const double radius = real(2, 5), wobble = real(0.02, 0.15);
-  std::vector<double> from_middle(corners);
-  for (double& r : from_middle) r = radius * real(0.6, 1);
-  std::vector<std::vector<Polyline>> slices(layers);
-  for (std::vector<Polyline>& slice : slices) {
-    std::vector<Point2> points;
-    for (std::size_t i = 0; i < corners; ++i) {
-      const double angle = 2 * detail::kPi * double(i) / double(corners),
-                   r = from_middle[i] + (random() % 3 == 0 ? 0 : real(-wobble, wobble));
-      points.push_back({r * std::cos(angle), r * std::sin(angle)});
-    }
-    slice.push_back(loop(std::move(points)));
-  }
-  return stack_of(std::move(slices));
 }
 
 // The upper one leaves the lower one at (2, 4): by 0.12 mm over 1 mm, 6.8 degrees.

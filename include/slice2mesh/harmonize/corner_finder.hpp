@@ -15,6 +15,7 @@
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/arrange/snap_rounding.hpp"
 #include "slice2mesh/harmonize/column_stack.hpp"
+#include "slice2mesh/harmonize/outline_window.hpp"
 #include "slice2mesh/harmonize/separation_report.hpp"
 #include "slice2mesh/regions/thicken.hpp"
 
@@ -26,18 +27,6 @@ class CornerFinder : protected ColumnStack {
 public:
   using ColumnStack::ColumnStack;
 
-protected:
-  static constexpr std::size_t kMostPanels = 64;  // where more end in one place, nothing moves, and none is asked about
-  /// Degrees: angles of one contour below this count as sharp, and for more, where contours move: they are not bent to
-  /// and fro to get out of each other's way.
-  static constexpr double kOwnAngle = 60, kOwnWeight = 2;
-
-  /// An edge from a place, in some slabs. `through`: the panel that passes through the place and has no vertex there.
-  struct Ray {
-    GridPoint far;
-    std::int32_t first, last;
-    std::int32_t through;
-  };
   /// Two edges of neighboring slabs that meet at v in a sharp angle: va of a slab, vb of the one above.
   struct Corner {
     double degrees;
@@ -51,7 +40,26 @@ protected:
       return a != o.a ? a < o.a : b < o.b;
     }
   };
+  /// What sharp corners count: 2 at 0 degrees, 1 at kSeparationAngle, those of one contour (0 at kOwnAngle) kOwnWeight
+  /// times as much.
+  struct Sharpness {
+    double all = 0, own = 0;  // own: of one contour
+    /// Apart from `all`: of contours two slabs apart, where the slab between has neither edge. Told of windows only.
+    double skew = 0;
+  };
 
+protected:
+  static constexpr std::size_t kMostPanels = 64;  // where more end in one place, nothing moves, and none is asked about
+  /// Degrees: angles of one contour below this count as sharp, and for more, where contours move: they are not bent to
+  /// and fro to get out of each other's way.
+  static constexpr double kOwnAngle = 60, kOwnWeight = 2;
+
+  /// An edge from a place, in some slabs. `through`: the panel that passes through the place and has no vertex there.
+  struct Ray {
+    GridPoint far;
+    std::int32_t first, last;
+    std::int32_t through;
+  };
   [[nodiscard]] bool is_alive(std::int32_t k) const { return found_[std::size_t(k)] != UINT32_MAX; }
   [[nodiscard]] bool moves(std::int32_t k) const {
     return std::any_of(moving_.begin(), moving_.end(), [&](const Moving& m) { return m.panel == k; });
@@ -99,10 +107,16 @@ protected:
       rays_.push_back({panel.b, panel.first, panel.last, k});
     }
   }
-  /// Calls corner(slab, below, above, degrees, of_one) for rays of neighboring slabs that follow each other around p at
-  /// a sharp angle: of no common one of the two, or, with `own`, of one as well, below kOwnAngle.
+  /// Which pairs of contours are looked at.
+  enum class Pairs {
+    Neighbors,     ///< of neighboring slabs, of no common one of the two
+    NeighborsOwn,  ///< and those of one as well, below kOwnAngle
+    TwoApart       ///< of slabs with one between, which has neither
+  };
+  /// Calls corner(slab, below, above, degrees, of_one) for rays of two slabs, the lower one `slab`, that follow each
+  /// other around p at a sharp angle.
   template <class F>
-  void for_each_sharp(const GridPoint& p, bool own, F&& corner) {
+  void for_each_sharp(const GridPoint& p, Pairs pairs, F&& corner) {
     if (rays_.size() < 2) return;
     planes_.clear();
     for (const Ray& r : rays_) {
@@ -118,13 +132,16 @@ protected:
     const auto on_one_way = [&](const Ray& q, const Ray& r) {  // the plane leads the longer one through the other's end
       return segment_distance(q.far, p, r.far) <= kOn || segment_distance(r.far, p, q.far) <= kOn;
     };
+    const bool two = pairs == Pairs::TwoApart, own = pairs == Pairs::NeighborsOwn;
     for (const std::int32_t s : planes_) {
-      if (s < 0 || !stacked(std::size_t(s) + 1)) continue;
+      const std::int32_t upper = s + (two ? 2 : 1);
+      if (s < 0 || !stacked(std::size_t(s) + 1) || !stacked(std::size_t(upper))) continue;
       looked(rays_.size());
       around_.clear();
       for (const auto& [angle, i] : order_) {
         const Ray& r = rays_[i];
-        const int sides = (r.first <= s && s <= r.last ? 1 : 0) + (r.first <= s + 1 && s + 1 <= r.last ? 2 : 0);
+        const auto stands_in = [&](std::int32_t slab) { return r.first <= slab && slab <= r.last; };
+        const int sides = two && stands_in(s + 1) ? 3 : (stands_in(s) ? 1 : 0) + (stands_in(upper) ? 2 : 0);
         if (sides == 0) continue;
         if (!around_.empty() && on_one_way(rays_[around_.back().ray], r))
           around_.back().sides |= sides;
@@ -147,6 +164,7 @@ protected:
       }
     }
   }
+  /// All of them, the sharpest first.
   [[nodiscard]] std::vector<Corner> sharp_corners() {
     std::vector<Corner> result;
     for (const auto& [p, place] : places_) {  // in any order
@@ -156,7 +174,7 @@ protected:
       add_ends(p);
       add_through(p, false);
       const GridPoint v = p;
-      for_each_sharp(v, false, [&](std::size_t s, const Ray& below, const Ray& above, double degrees, bool) {
+      for_each_sharp(v, Pairs::Neighbors, [&](std::size_t s, const Ray& below, const Ray& above, double degrees, bool) {
         result.push_back({degrees, s, v, below.far, above.far, below.through, above.through});
       });
     }
@@ -166,6 +184,32 @@ protected:
     const auto same = [](const Corner& p, const Corner& q) { return !(p < q); };
     result.erase(std::unique(result.begin(), result.end(), same), result.end());
     return result;
+  }
+  /// That of corners between contours.
+  [[nodiscard]] static double sharpness_of(const std::vector<Corner>& corners) {
+    double sum = 0;
+    for (const Corner& corner : corners) sum += 2 - corner.degrees / kSeparationAngle;
+    return sum;
+  }
+  /// Adds that of the contours in a window by themselves, and of those two slabs apart.
+  void add_own_and_skew(const OutlineWindow& window, Sharpness& sum) {
+    ends_.clear();
+    for (const auto& [p, place] : places_)  // in any order
+      if (window.has(p) && place.panels.size() <= kMostPanels) ends_.push_back(p);
+    std::sort(ends_.begin(), ends_.end());
+    for (const GridPoint& p : ends_) {
+      looked();
+      rays_.clear();
+      add_ends(p);
+      add_through(p, false);
+      for_each_sharp(p, Pairs::NeighborsOwn, [&](std::size_t, const Ray&, const Ray&, double degrees, bool of_one) {
+        if (of_one) sum.own += kOwnWeight * (2 - degrees / kSeparationAngle);
+      });
+      for_each_sharp(p, Pairs::TwoApart, [&](std::size_t, const Ray&, const Ray&, double degrees, bool) {
+        sum.skew += 2 - degrees / kSeparationAngle;
+      });
+    }
+    sum.all += sum.own;
   }
   /// Adds the sharp corners of edges that cross where neither has a vertex: both go through there.
   void add_crossings(std::vector<Corner>& corners) {
@@ -229,11 +273,6 @@ protected:
       return i < parts ? place[i] : one;
     }
   };
-  /// What sharp corners count: 2 at 0 degrees, 1 at kSeparationAngle, those of one contour (0 at kOwnAngle) kOwnWeight
-  /// times as much.
-  struct Sharpness {
-    double all = 0, own = 0;  // own: of one contour
-  };
   /// That of the corners around the columns in question; `target`: if the columns were there.
   [[nodiscard]] Sharpness sharpness(const Candidate& c, const Target* target) {
     Sharpness sum;
@@ -249,7 +288,7 @@ protected:
           if ((r.far == c.v || r.far == c.w) && r.last >= first && r.first <= last) r.far = target->of(r.first);
       rays_.erase(std::remove_if(rays_.begin(), rays_.end(), [&](const Ray& r) { return r.far == p; }), rays_.end());
       add_through(p, target != nullptr);
-      for_each_sharp(p, true, [&](std::size_t, const Ray&, const Ray&, double degrees, bool of_one) {
+      for_each_sharp(p, Pairs::NeighborsOwn, [&](std::size_t, const Ray&, const Ray&, double degrees, bool of_one) {
         const double counts = (of_one ? kOwnWeight : 1) * (2 - degrees / kSeparationAngle);
         sum.all += counts;
         if (of_one) sum.own += counts;

@@ -29,35 +29,47 @@
 namespace slice2mesh::detail {
 
 /// Opens the sharp corners between contours of neighboring slabs.
-class CornerOpener : private CornerFinder {
+class CornerOpener : protected CornerFinder {
 public:
+  using CornerFinder::Corner;
   using CornerFinder::CornerFinder;
 
   /// Opens what can be opened, merges the ends of short edges where no corner gets sharper by it, and opens again; to
   /// be called once. `changed` (#S) tells the slabs concerned. `poll` is called now and then; what it throws ends the
-  /// work.
-  void run(std::vector<char>& changed, const std::function<void()>& poll) {
-    reach_ = kFarthest * limits_.apart;
-    clearance_ = limits_.clearance;
-    changed_ = &changed;
-    touched_.assign(bucket_.size(), 0);
-    work(changed, poll, [&] {
+  /// work. Returns what is left.
+  std::vector<Corner> run(std::vector<char>& changed, const std::function<void()>& poll) {
+    std::vector<Corner> left;
+    work_on_corners(changed, poll, [&] {
       open_all(kRounds);
       tidy();
       open_all(kLastRounds);
       // What is left goes on to where there is more room, even if the way there is a bit worse.
-      limits_.deviation = std::max(limits_.deviation, limits_.most);
-      limits_.apart *= kApartAtLast;
+      use_all_room();
       open_all_gaining(kSmallGain, kSmallRounds);
-      for (int i = 0; i < kShakes; ++i) {
-        open_all_gaining(-kShake, 1);
-        open_all_gaining(kSmallGain, kSmallRounds);
-      }
+      open_all_gaining(-kShake, 1);
+      open_all_gaining(kSmallGain, kSmallRounds);
+      left = sharp_corners();
     });
+    return left;
   }
 
-private:
-  static constexpr int kRounds = 3, kLastRounds = 2, kSmallRounds = 6, kShakes = 2;
+protected:
+  /// As work.
+  template <class F>
+  void work_on_corners(std::vector<char>& changed, const std::function<void()>& poll, F&& f) {
+    reach_ = kFarthest * limits_.apart;
+    clearance_ = limits_.clearance;
+    changed_ = &changed;
+    touched_.assign(bucket_.size(), 0);
+    work(changed, poll, f);
+  }
+  /// What is nearer to the slices, and to other vertices, is allowed from here on.
+  void use_all_room() {
+    limits_.deviation = std::max(limits_.deviation, limits_.most);
+    limits_.apart *= kApartAtLast;
+  }
+
+  static constexpr int kRounds = 3, kLastRounds = 2, kSmallRounds = 6;
   static constexpr std::int32_t kMostSlabs = 128;  // no vertex is put into more of them for one corner
   static constexpr double kFarthest = 16;          // of `apart`: what a column moves in all
   static constexpr double kMargin = 1;             // degrees more than asked for
@@ -91,7 +103,7 @@ private:
   }
   /// As find_pair. Where more than two edges of a slab meet, the column stays.
   [[nodiscard]] bool find_simple(const Candidate& c) {
-    if (!find_pair(c) || moving_.size() > kMostPanels) return false;
+    if (!room_.has(c.v) || !room_.has(c.w) || !find_pair(c) || moving_.size() > kMostPanels) return false;
     return std::all_of(steps_.begin(), steps_.end(), [&](const Step& step) {
       const Sheet& sheet = sheets_[step.slab];
       return (step.v == kNone || sheet.edges_at[std::size_t(step.v)].size() == 2) &&
@@ -102,9 +114,9 @@ private:
   [[nodiscard]] bool gains(const Sharpness& before, const Sharpness& after) const {
     return after.all <= before.all - gain_ && (gain_ > 0 || after.own <= before.own);
   }
-  /// Could a contour of a slab go through a point? Else there is no need to ask for more.
+  /// Could a contour of a slab go through a point that is in the room? Else there is no need to ask for more.
   [[nodiscard]] bool is_near_slice(std::size_t slab, const GridPoint& p) {
-    return slice_of(slab)->index().is_within(p, limits_.deviation, listen_);
+    return room_.has(p) && slice_of(slab)->index().is_within(p, limits_.deviation, listen_);
   }
   /// Moves the columns at c.v and c.w to one of the places, the first that may be and makes corners less sharp.
   /// `added`: a column was not there before.
@@ -194,7 +206,7 @@ private:
       ++round_;
       for (const Corner& corner : sharp_corners()) {
         looked(16);
-        if (!may_have_changed(corner)) continue;
+        if (!room_.has(corner.v) || !may_have_changed(corner)) continue;
         if (open(corner)) ++opened;
       }
       if (opened == 0) break;
@@ -268,7 +280,7 @@ private:
   bool lead(std::int32_t k, const GridPoint& y, std::size_t slab, std::vector<Lead>& leads, bool stays) {
     const Panel& panel = panels_[std::size_t(k)];
     if (std::size_t(panel.first) > slab || std::size_t(panel.last) < slab) return false;  // it was parted meanwhile
-    if (panel.last - panel.first >= kMostSlabs) return false;
+    if (panel.last - panel.first >= kMostSlabs || !room_.has(y)) return false;
     moving_.clear();
     if (stays && is_crowded(y, panel.first, panel.last, {0, slab, y, y}, k)) return false;
     if (!lead_through(k, y, *changed_)) return false;
@@ -596,6 +608,7 @@ private:
     return false;
   }
 
+  OutlineWindow room_;                    // vertices outside of it stay
   std::vector<char>* changed_ = nullptr;  // see run
   int round_ = 0;
   int all_in_ = 1;                    // the round in which every corner is tried

@@ -22,7 +22,7 @@
 #include "slice2mesh/harmonize/anticipate.hpp"
 #include "slice2mesh/harmonize/attach.hpp"
 #include "slice2mesh/harmonize/columns.hpp"
-#include "slice2mesh/harmonize/corners.hpp"
+#include "slice2mesh/harmonize/corner_search.hpp"
 #include "slice2mesh/harmonize/pockets.hpp"
 #include "slice2mesh/harmonize/simplify.hpp"
 #include "slice2mesh/regions/regions.hpp"
@@ -262,23 +262,19 @@ inline void adopt_ways(Contours& contours, const LayerRegions& input, double eps
   for (std::size_t s = 1; s < count; ++s) take_over(s, s - 1);
 }
 
-/// Changes the contours by a `Changer`, ColumnMerger or CornerOpener, and measures the deviation of the slabs
-/// concerned. Slabs that are then too far from their slices are left out of it, and all is done again. False if that
-/// does not help.
-template <class Changer>
-[[nodiscard]] bool change_columns(Contours& contours, const LayerRegions& input, double eps, const ColumnLimits& limits,
-                                  const Progress& progress) {
+/// Changes the contours by `change(outlines, frozen, changed, poll)`, and measures the deviation of the slabs that are
+/// then marked in `changed`. Slabs that are then too far from their slices are left out of it, and all is done again.
+/// False if that does not help.
+template <class F>
+[[nodiscard]] bool change_columns(Contours& contours, const LayerRegions& input, double eps, const Progress& progress,
+                                  F&& change) {
   std::vector<char> frozen(contours.outlines.size(), 0), changed;
   constexpr int kAttempts = 4;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     std::vector<Outline> outlines = contours.outlines;
     const std::function<void()> poll = [&] { report(progress, Stage::Harmonize, 1); };
-    {
-      Changer changer(outlines, input.outlines, contours.slabs, frozen, limits, poll);
-      changer.run(changed, poll);
-      poll();  // what it has takes its time to go
-    }
-    poll();
+    change(outlines, frozen, changed, poll);
+    poll();  // what it had takes its time to go
     std::vector<double> deviations = contours.deviation;
     bool good = true;
     for (std::size_t s = 0; s < outlines.size(); ++s) {
@@ -304,7 +300,11 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
   if (!(longest < double(kGridLimit))) return;
   const ColumnLimits limits{
       kColumnShare * eps, kColumnDeviation * eps, kColumnMost * eps, kClearanceShare * eps, longest, kApartShare * eps};
-  if (!change_columns<ColumnMerger>(contours, input, eps, limits, progress))
+  const auto merge = [&](std::vector<Outline>& outlines, const std::vector<char>& frozen, std::vector<char>& changed,
+                         const std::function<void()>& poll) {
+    ColumnMerger(outlines, input.outlines, contours.slabs, frozen, limits, poll).run(changed, poll);
+  };
+  if (!change_columns(contours, input, eps, progress, merge))
     diagnostics.add(Severity::Note, Stage::Harmonize, "columns_not_merged",
                     "contour vertices are not merged over the slabs: slabs got too far from their slices");
 }
@@ -314,11 +314,16 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
   return {kTidyShare * eps, kColumnDeviation * eps, kColumnMost * eps, kCornerClearance * eps,
           longest,          kCornerApart * eps};
 }
-/// Opens sharp corners between the contours of neighboring slabs (see CornerOpener).
+/// Opens sharp corners between the contours of neighboring slabs (see CornerSearch).
 inline void open_corners(Contours& contours, const LayerRegions& input, double eps, double longest,
                          Diagnostics& diagnostics, const Progress& progress) {
   if (!(longest < double(kGridLimit))) return;
-  if (!change_columns<CornerOpener>(contours, input, eps, corner_limits(eps, longest), progress))
+  const ColumnLimits limits = corner_limits(eps, longest);
+  const auto open = [&](std::vector<Outline>& outlines, const std::vector<char>& frozen, std::vector<char>& changed,
+                        const std::function<void()>& poll) {
+    CornerSearch(outlines, input.outlines, contours.slabs, frozen, limits).run(changed, poll);
+  };
+  if (!change_columns(contours, input, eps, progress, open))
     diagnostics.add(Severity::Note, Stage::Harmonize, "corners_not_opened",
                     "sharp corners between contours are not opened: slabs got too far from their slices");
 }

@@ -49,10 +49,10 @@ public:
 
   /// What a move has to keep, each with what is before it.
   enum class Keep : std::uint8_t {
-    Nearness,  ///< of contours and slices, and what lies on which side of what
-    Angles,    ///< between contours of neighboring slabs, where they are sharp
-    Walls,     ///< corners and straight walls of slices where harmonization left them
-    Areas      ///< areas of slabs, nearly
+    Angles,  ///< those between contours of neighboring slabs, where they are sharp; that contours and slices are near
+             ///< to each other, and what lies on which side of what
+    Walls,   ///< corners and straight walls of slices where harmonization left them
+    Areas    ///< areas of slabs, nearly
   };
 
   /// Vertices of all planes are counted through, those of plane k from `first[k]` on. `points` (#V) and `gone` (#V: the
@@ -177,8 +177,7 @@ public:
   }
   /// May the column that was taken go to the last places given? Precondition: `points` has all of it there.
   [[nodiscard]] bool may_move(Keep keep) {
-    return (keep < Keep::Angles || corners_stay()) && (keep < Keep::Walls || walls_stay()) && keeps_slices(keep) &&
-           way_is_clear();
+    return corners_stay() && (keep < Keep::Walls || walls_stay()) && keeps_slices(keep) && way_is_clear();
   }
   /// It was moved there.
   void moved() {

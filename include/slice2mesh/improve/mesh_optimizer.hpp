@@ -364,9 +364,7 @@ private:
   /// What a move of a column has to keep where the worst element at it is so bad.
   [[nodiscard]] ContourColumns::Keep keep_of(double badness) const {
     using Keep = ContourColumns::Keep;
-    return badness > very_bad_ ? (at_last_ ? Keep::Nearness : Keep::Angles)
-           : badness > bad_    ? Keep::Walls
-                               : Keep::Areas;
+    return badness > very_bad_ ? Keep::Angles : badness > bad_ ? Keep::Walls : Keep::Areas;
   }
   /// Contours move only where elements are bad after other means had their turn: elsewhere they stay what they are.
   std::size_t column_round(double floor) {

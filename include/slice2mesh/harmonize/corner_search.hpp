@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: MIT
+/// @file
+/// @brief Corners between contours that are left when they have been opened one by one: a search around each of them.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "slice2mesh/arrange/outline.hpp"
+#include "slice2mesh/core/progress.hpp"
+#include "slice2mesh/harmonize/column_stack.hpp"
+#include "slice2mesh/harmonize/corner_trial.hpp"
+#include "slice2mesh/harmonize/corners.hpp"
+#include "slice2mesh/harmonize/outline_window.hpp"
+#include "slice2mesh/regions/slabs.hpp"
+
+namespace slice2mesh::detail {
+
+/// Opens the sharp corners between contours of neighboring slabs (see CornerOpener). What is left has columns in the
+/// way that would have to go first, to where nothing gets better by itself. So the surroundings of each such corner are
+/// cut out, some columns there are moved at random, and corners are opened again; what gains is kept, all else
+/// forgotten, for some trials. The same input gives the same result.
+class CornerSearch {
+public:
+  using Corner = CornerFinder::Corner;
+
+  /// As ColumnStack.
+  CornerSearch(std::vector<Outline>& outlines, const std::vector<Outline>& slices, const std::vector<Slab>& slabs,
+               const std::vector<char>& frozen, const ColumnLimits& limits)
+      : outlines_(outlines), slices_(slices), slabs_(slabs), frozen_(frozen), limits_(limits) {}
+
+  /// To be called once; as CornerOpener::run. Cost: that, and kWork times as many edges looked at as there are, in
+  /// windows.
+  std::vector<Corner> run(std::vector<char>& changed, const std::function<void()>& poll) {
+    std::vector<Corner> left = CornerOpener(outlines_, slices_, slabs_, frozen_, limits_, poll).run(changed, poll);
+    for (const Outline& outline : outlines_) work_left_ += kWork * outline.edges.size();
+    for (std::size_t pass = 0; pass < kPasses.size() && !left.empty(); ++pass) {
+      std::vector<Corner> still;
+      for (const Corner& corner : left) {
+        poll();
+        const std::vector<Corner> there = search_around(corner, pass, changed, poll);
+        still.insert(still.end(), there.begin(), there.end());
+      }
+      std::sort(still.begin(), still.end());
+      const auto same = [](const Corner& p, const Corner& q) { return !(p < q) && !(q < p); };
+      still.erase(std::unique(still.begin(), still.end(), same), still.end());
+      left = std::move(still);
+    }
+    return left;
+  }
+
+private:
+  /// Trials for each corner that is left, in a part of the stack around it. Columns that go on above or below it stay,
+  /// so that most trials are about what is near.
+  struct Pass {
+    std::size_t slabs;  // below a corner and above it
+    double around;      // of `apart`: how far from a corner columns move
+    double clearance;   // of that in the limits: what is crowded makes bad elements; less only at last
+  };
+  static constexpr std::array<Pass, 8> kPasses{
+      {{8, 2, 1.3}, {8, 3, 1.3}, {16, 2, 1.3}, {16, 3, 1.3}, {128, 2, 1.3}, {128, 3, 1.3}, {128, 2, 1}, {128, 3, 1}}};
+  static constexpr double kMargin = 3;  // of `apart` and `most`: what is as near to that is seen
+  static constexpr std::size_t kTrials = 120;
+  static constexpr std::size_t kWork = 20;  // trials, by the edges in their windows: so many times all edges, ...
+  static constexpr std::size_t kLeastWork = 50000;  // ... and so many where there are few
+  static constexpr std::size_t kCut = 16;           // edges that are cut out or left for the work of one in a trial
+
+  /// Some slabs of the stack, and what of them is in the window.
+  struct Scene {
+    std::size_t first;
+    std::vector<Outline> outlines, slices;
+    std::vector<Slab> slabs;
+    std::vector<char> frozen;
+  };
+
+  [[nodiscard]] bool lies_on_another(std::size_t slab) const {
+    return slab > 0 && slab < slabs_.size() && slabs_[slab - 1].z_high == slabs_[slab].z_low;
+  }
+  /// True if there is as much left.
+  bool spend(std::size_t work) {
+    const bool enough = work <= work_left_;
+    work_left_ -= std::min(work, work_left_);
+    return enough;
+  }
+  /// Returns the sharp corners that are left there.
+  [[nodiscard]] std::vector<Corner> search_around(const Corner& corner, std::size_t pass, std::vector<char>& changed,
+                                                  const std::function<void()>& poll) {
+    // As far as slabs lie on each other.
+    std::size_t first = corner.slab, last = corner.slab + 1;
+    while (lies_on_another(first) && corner.slab - first < kPasses[pass].slabs) --first;
+    while (lies_on_another(last + 1) && last - corner.slab <= kPasses[pass].slabs) ++last;
+    std::size_t edges = 0;
+    for (std::size_t s = first; s <= last; ++s) edges += outlines_[s].edges.size() + slices_[s].edges.size();
+    if (!spend(edges / kCut)) return {corner};
+    OutlineWindow room{corner.v, corner.v};
+    room.add(corner.a);
+    room.add(corner.b);
+    room = room.grown(kPasses[pass].around * limits_.apart);
+    // What may move has all of its edges in the window.
+    OutlineWindow window = room;
+    Poll listen(poll, 1 << 16);
+    for (std::size_t s = first; s <= last; ++s)
+      for (const Outline::Edge& e : outlines_[s].edges) {
+        listen();
+        const GridPoint &a = outlines_[s].vertices[std::size_t(e.a)], &b = outlines_[s].vertices[std::size_t(e.b)];
+        if (!room.may_meet(a, b)) continue;
+        window.add(a);
+        window.add(b);
+      }
+    const double margin = kMargin * std::max(limits_.apart, limits_.most);
+    window = window.grown(margin);
+    Scene scene = cut_out(first, last, window, window.grown(margin), poll);
+
+    CornerTrial::Result best =
+        CornerTrial(scene.outlines, scene.slices, scene.slabs, scene.frozen, limits_, poll).look(window);
+    const auto left = [&] {
+      std::vector<Corner> corners = best.corners;
+      for (Corner& c : corners) c.slab += first;
+      return corners;
+    };
+    if (best.count_in(room) == 0) return left();  // it is gone already
+    edges = 0;
+    for (const Outline& outline : scene.outlines) edges += outline.edges.size();
+    CornerTrial::Random random(static_cast<CornerTrial::Random::result_type>(pass + 1));
+    std::vector<char> changed_now, changed_here(scene.outlines.size(), 0);
+    const CornerTrial::Place place{window, room, corner.v, kPasses[pass].clearance};
+    for (std::size_t trial = 0; trial < kTrials && best.count_in(room) > 0 && spend(edges); ++trial) {
+      std::vector<Outline> outlines = scene.outlines;
+      CornerTrial::Result now = CornerTrial(outlines, scene.slices, scene.slabs, scene.frozen, limits_, poll)
+                                    .run(place, trial, best.sharpness, random, changed_now, poll);
+      if (!CornerTrial::is_better(now.sharpness, best.sharpness)) continue;
+      best = std::move(now);
+      scene.outlines = std::move(outlines);
+      for (std::size_t i = 0; i < changed_here.size(); ++i)
+        if (changed_now[i]) changed_here[i] = 1;
+    }
+    for (std::size_t i = 0; i < changed_here.size(); ++i) {
+      if (!changed_here[i]) continue;
+      put_back(outlines_[first + i], window, scene.outlines[i], poll);
+      changed[first + i] = 1;
+    }
+    return left();
+  }
+  /// `seen`: what slices in the window are asked about.
+  [[nodiscard]] Scene cut_out(std::size_t first, std::size_t last, const OutlineWindow& window,
+                              const OutlineWindow& seen, const std::function<void()>& poll) const {
+    Scene scene{first, {}, {}, {}, {}};
+    for (std::size_t s = first; s <= last; ++s) {
+      scene.outlines.push_back(cut(outlines_[s], window, true, poll));
+      scene.slices.push_back(cut(slices_[s], seen, true, poll));
+      scene.slabs.push_back(slabs_[s]);
+      scene.frozen.push_back(frozen_[s]);
+    }
+    // What is next to these is not seen.
+    if (lies_on_another(first)) scene.frozen.front() = 1;
+    if (lies_on_another(last + 1)) scene.frozen.back() = 1;
+    return scene;
+  }
+
+  std::vector<Outline>& outlines_;
+  const std::vector<Outline>& slices_;
+  const std::vector<Slab>& slabs_;
+  const std::vector<char>& frozen_;
+  ColumnLimits limits_;
+  std::size_t work_left_ = kLeastWork;
+};
+
+}  // namespace slice2mesh::detail

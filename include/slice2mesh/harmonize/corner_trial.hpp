@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+/// @file
+/// @brief One way to open the corners in a small part of the contours that is like no other.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <random>
+#include <vector>
+
+#include "slice2mesh/arrange/exact.hpp"
+#include "slice2mesh/arrange/outline.hpp"
+#include "slice2mesh/harmonize/corners.hpp"
+#include "slice2mesh/harmonize/outline_window.hpp"
+
+namespace slice2mesh::detail {
+
+/// Opens corners after something has been moved at random.
+class CornerTrial : private CornerOpener {
+public:
+  using CornerOpener::CornerOpener;
+  using Random = std::minstd_rand;  // the same numbers everywhere
+  /// What corners there are.
+  struct Result {
+    Sharpness sharpness;          ///< of the window
+    std::vector<Corner> corners;  ///< in the window, the sharpest first
+    /// How many of them are in a part of it.
+    [[nodiscard]] std::size_t count_in(const OutlineWindow& room) const {
+      return std::size_t(std::count_if(corners.begin(), corners.end(), [&](const Corner& c) { return room.has(c.v); }));
+    }
+  };
+
+  /// As it is. Sharper than `enough`, it is not looked at in all respects.
+  [[nodiscard]] Result look(const OutlineWindow& window, double enough = HUGE_VAL) {
+    Result result;
+    result.corners = sharp_corners();
+    const auto outside = [&](const Corner& c) { return !window.has(c.v); };
+    result.corners.erase(std::remove_if(result.corners.begin(), result.corners.end(), outside), result.corners.end());
+    result.sharpness.all = sharpness_of(result.corners);
+    if (result.sharpness.all <= enough) add_own_and_skew(window, result.sharpness);
+    return result;
+  }
+  /// Where a trial moves something, and how.
+  struct Place {
+    OutlineWindow window;  ///< what is there counts
+    OutlineWindow room;    ///< what is there may move, and all it has to do with is in the window
+    GridPoint center;      ///< what moves at random is near to that
+    double clearance = 1;  ///< of that in the limits: what vertices keep from edges
+  };
+  /// One trial. The first ones (`trial` from 0) take losses of some sizes, all others move something at random. Else as
+  /// CornerOpener::run; to be called once.
+  Result run(const Place& place, std::size_t trial, const Sharpness& before, Random& random, std::vector<char>& changed,
+             const std::function<void()>& poll) {
+    Result result;
+    room_ = place.room;
+    limits_.clearance *= place.clearance;
+    work_on_corners(changed, poll, [&] {
+      use_all_room();
+      if (trial < kLosses.size()) {
+        open_all_gaining(-kLosses[trial], 1);
+      } else {
+        lead_at_random(place.center, random);
+        if (random() % 2 == 0) move_parts_at_random(place.center, random);
+        move_at_random(place.center, random);
+      }
+      open_all_gaining(kSmallGain, kTrialRounds);
+      result = look(place.window, before.all);
+      if (!is_better(result.sharpness, before)) return;
+      tidy();  // vertices that nobody needs any more make elements worse
+      result = look(place.window);
+    });
+    return result;
+  }
+  /// Less sharp in all, and contours do not get zigzags for it, nor in the way of those two slabs off.
+  [[nodiscard]] static bool is_better(const Sharpness& now, const Sharpness& before) {
+    return now.all <= before.all - kLeastTrialGain && now.own <= before.own && now.skew <= before.skew;
+  }
+
+private:
+  static constexpr std::array<double, 8> kLosses{0, 0.3, 0.6, 1, 1.4, 2, 3, 4};
+  static constexpr int kTrialRounds = 3;
+  static constexpr double kLeastTrialGain = 0.01;  // of sharpness
+  static constexpr double kNearCenter = 8;         // of `apart`: what is moved at random is nearer than this
+  static constexpr std::size_t kMostLeads = 3, kMostMoves = 6, kMostParts = 4;
+  static constexpr double kShortest = 0.2, kLongest = 1.4;      // of `apart`: how far columns go, ...
+  static constexpr double kShortestPart = 1, kLongestPart = 2;  // ... and parts of them
+  static constexpr double kPartLoss = 3;                        // what a part may lose where it goes
+
+  /// From 0 to below 1.
+  [[nodiscard]] static double share(Random& random) { return double(random() % 1024) / 1024; }
+  /// A place that is so far from another one, in any direction.
+  [[nodiscard]] static GridPoint anywhere(const GridPoint& v, double far, Random& random) {
+    const double angle = 2 * kPi * share(random);
+    return rounded(double(v.x) + far * std::cos(angle), double(v.y) + far * std::sin(angle));
+  }
+  /// Calls f(v, slab) for some places of columns near the center, and a slab that each stands in.
+  template <class F>
+  void for_some(const GridPoint& center, std::size_t most, Random& random, F&& f) {
+    std::vector<GridPoint> places;
+    for (const auto& [p, place] : places_) {  // in any order
+      looked();
+      if (!place.standing.empty() && room_.has(p) && distance(p, center) < kNearCenter * limits_.apart)
+        places.push_back(p);
+    }
+    if (places.empty()) return;
+    std::sort(places.begin(), places.end());
+    for (std::size_t i = 0, count = 1 + random() % most; i < count; ++i) {
+      const GridPoint v = places[random() % places.size()];
+      const std::vector<Standing>& standing = place_of(v).standing;
+      if (!standing.empty()) f(v, standing[random() % standing.size()].slab);  // else it has moved meanwhile
+    }
+  }
+  /// Gives more vertices to panels: what is straight can turn away there.
+  void lead_at_random(const GridPoint& center, Random& random) {
+    for_some(center, kMostLeads, random, [&](const GridPoint& v, std::size_t) {
+      const std::vector<std::int32_t>& panels = place_of(v).panels;
+      if (panels.empty()) return;
+      const std::int32_t k = panels[random() % panels.size()];
+      const Panel& panel = panels_[std::size_t(k)];
+      const double length = distance(panel.a, panel.b), space = length - 2 * limits_.apart;
+      if (!(space > 0)) return;
+      const GridPoint y = contour_point_between(panel.a, panel.b, (limits_.apart + space * share(random)) / length);
+      std::vector<Lead> leads;
+      lead(k, y, std::size_t(panel.first), leads, true);
+    });
+  }
+  void move_at_random(const GridPoint& center, Random& random) {
+    for_some(center, kMostMoves, random, [&](const GridPoint& v, std::size_t slab) {
+      const double far = limits_.apart * (kShortest + (kLongest - kShortest) * share(random));
+      const GridPoint t = anywhere(v, far, random);
+      const Candidate column{0, slab, v, v};
+      if (!is_near_slice(slab, t) || !find_simple(column)) return;
+      reach_near_ = distance(t, v);
+      find_all_near();
+      if (!gets_crowded(column, t) && possible(column, t)) settle(column, t);
+    });
+  }
+  /// The same for what of a column is above a plane, or below it.
+  void move_parts_at_random(const GridPoint& center, Random& random) {
+    for_some(center, kMostParts, random, [&](const GridPoint& v, std::size_t slab) {
+      const double far = limits_.apart * (kShortestPart + (kLongestPart - kShortestPart) * share(random));
+      Target target{v, 1};
+      target.place[0] = anywhere(v, far, random);
+      target.part[0] = random() % 2 == 0 ? Part{0, slab} : Part{slab, SIZE_MAX};
+      gain_ = -kPartLoss;
+      part(v, slab, target, far, 0);
+    });
+  }
+};
+
+}  // namespace slice2mesh::detail

@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: MIT
+#include "slice2mesh/harmonize/corner_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include "harmonize/valid_outline.hpp"
+#include "harmonize/wobbling_stack.hpp"
+#include "plc/chain.hpp"
+#include "test_support.hpp"
+
+using namespace slice2mesh;
+using namespace slice2mesh_test;
+
+namespace {
+
+/// Contours whose corners are closed, and what they were made from. The slabs are as thick as the slices.
+struct Closed {
+  LayerRegions regions;
+  Contours contours;
+};
+Closed closed_contours(const SliceStack& stack) {
+  Diagnostics diagnostics;
+  const SlabPlan plan = make_slabs(stack, {}, diagnostics);
+  ThickenOptions thicken_options;
+  thicken_options.radius = Length::mm(0.1);
+  Closed result{build_regions(stack, plan, thicken_options, diagnostics), {}};
+  HarmonizeOptions options;
+  options.eps = 0.2 * plan.thickness;
+  options.contour_size = 4 * plan.thickness;
+  options.open_corners = false;
+  result.contours = harmonize(result.regions, options, diagnostics);
+  return result;
+}
+/// So many slabs of a square below the part, which it does not lie on.
+void put_on(Closed& closed, std::size_t count) {
+  Outline square;
+  square.vertices = {{0, 0}, {1 << 24, 0}, {1 << 24, 1 << 24}, {0, 1 << 24}};
+  square.edges = {{0, 1, 0, kNone}, {1, 2, 0, kNone}, {2, 3, 0, kNone}, {3, 0, 0, kNone}};
+  detail::normalize(square);
+  Contours& contours = closed.contours;
+  contours.outlines.insert(contours.outlines.begin(), count, square);
+  closed.regions.outlines.insert(closed.regions.outlines.begin(), count, square);
+  contours.deviation.insert(contours.deviation.begin(), count, 0);
+  const double bottom = contours.slabs.front().z_low - 1;
+  for (std::size_t i = 0; i < count; ++i) {
+    Slab slab = contours.slabs.front();
+    slab.z_low = bottom - double(i + 1);
+    slab.z_high = bottom - double(i);
+    contours.slabs.insert(contours.slabs.begin(), slab);
+  }
+}
+
+struct Searched {
+  std::vector<Outline> outlines;
+  std::vector<char> changed;
+  std::vector<detail::CornerFinder::Corner> left;
+};
+/// `opener`: a CornerOpener or CornerSearch for what is given.
+template <class F>
+Searched open_by(const Closed& closed, F&& opener) {
+  const Contours& contours = closed.contours;
+  Searched result{contours.outlines, {}, {}};
+  const double pitch = contours.grid.pitch;
+  const detail::ColumnLimits limits = detail::corner_limits(contours.tolerance / pitch, 4 * contours.thickness / pitch);
+  result.left = opener(result.outlines, closed.regions.outlines, contours.slabs, limits, result.changed);
+  return result;
+}
+Searched search(const Closed& closed, const std::vector<char>& frozen) {
+  return open_by(closed, [&](auto& outlines, auto& slices, auto& slabs, auto& limits, auto& changed) {
+    return detail::CornerSearch(outlines, slices, slabs, frozen, limits).run(changed, [] {});
+  });
+}
+Searched open_alone(const Closed& closed, const std::vector<char>& frozen) {
+  return open_by(closed, [&](auto& outlines, auto& slices, auto& slabs, auto& limits, auto& changed) {
+    return detail::CornerOpener(outlines, slices, slabs, frozen, limits).run(changed, [] {});
+  });
+}
+/// All corners of contours that are sharp.
+std::vector<detail::CornerFinder::Corner> corners_of(const Closed& closed, std::vector<Outline> outlines) {
+  const std::vector<char> frozen(outlines.size(), 0);
+  return detail::CornerTrial(outlines, closed.regions.outlines, closed.contours.slabs, frozen, {}).look({}).corners;
+}
+bool same(const detail::CornerFinder::Corner& c, const detail::CornerFinder::Corner& d) {
+  return !(c < d) && !(d < c);
+}
+
+// Of random stacks those that keep sharp corners where they are opened one by one.
+const std::vector<std::uint32_t> kSeeds{13, 38, 67, 206};
+
+}  // namespace
+
+TEST_CASE("what is cut out of an outline and put back makes the same outline") {
+  std::mt19937 random(7);
+  std::size_t partly = 0;
+  for (std::uint32_t seed = 1; seed <= 20; ++seed) {
+    INFO("seed " << seed);
+    const Closed closed = closed_contours(wobbling_stack(seed));
+    for (const Outline& outline : closed.contours.outlines) {
+      REQUIRE(!outline.empty());
+      const auto vertex = [&] { return outline.vertices[random() % outline.vertices.size()]; };
+      const GridPoint p = vertex(), q = vertex();
+      detail::OutlineWindow window{p, p};
+      window.add(q);
+      const Outline inside = detail::cut(outline, window, true, {}), outside = detail::cut(outline, window, false, {});
+      CHECK(inside.edges.size() + outside.edges.size() == outline.edges.size());
+      // Vertices in the window have all of their edges.
+      for (const Outline::Edge& e : outside.edges) {
+        CHECK(!window.has(outside.vertices[std::size_t(e.a)]));
+        CHECK(!window.has(outside.vertices[std::size_t(e.b)]));
+      }
+      if (!outside.empty()) ++partly;
+      Outline again = outline;
+      detail::put_back(again, window, inside, {});
+      CHECK(again == outline);
+      detail::put_back(again, window, {}, {});
+      CHECK(again == outside);
+    }
+  }
+  CHECK(partly > 20);
+}
+
+TEST_CASE("windows stay within the range of coordinates") {
+  const detail::OutlineWindow all, point{{kGridLimit, 5}, {kGridLimit, 5}};
+  for (const detail::OutlineWindow& window : {all.grown(1e300), all.grown(1), point.grown(1e300)}) {
+    CHECK(window.low == all.low);
+    CHECK(window.high == all.high);
+  }
+  CHECK(point.grown(2.5).low == GridPoint{kGridLimit - 3, 2});
+  CHECK(point.grown(2.5).high == GridPoint{kGridLimit, 8});
+}
+
+TEST_CASE("a search opens corners that are left when they are opened one by one") {
+  std::size_t one_by_one = 0, searched = 0;
+  for (const std::uint32_t seed : kSeeds) {
+    INFO("seed " << seed);
+    const Closed closed = closed_contours(wobbling_stack(seed));
+    const std::vector<char> frozen(closed.contours.slabs.size(), 0);
+    const Searched before = open_alone(closed, frozen), after = search(closed, frozen);
+    const double eps = closed.contours.tolerance / closed.contours.grid.pitch;
+    for (std::size_t s = 0; s < frozen.size(); ++s) {
+      check_valid(after.outlines[s]);
+      CHECK(detail::measured_deviation(after.outlines[s], closed.regions.outlines[s], eps, {}) <= eps);
+      if (after.changed[s] == 0) CHECK(after.outlines[s] == closed.contours.outlines[s]);
+    }
+    const auto left = corners_of(closed, after.outlines), one_left = corners_of(closed, before.outlines);
+    CHECK(left.size() <= one_left.size());
+    one_by_one += one_left.size();
+    searched += left.size();
+    // It tells what it leaves.
+    CHECK(before.left.size() == one_left.size());
+    for (const auto& c : left)
+      CHECK(std::any_of(after.left.begin(), after.left.end(), [&](const auto& d) { return same(c, d); }));
+    // The same again.
+    CHECK(search(closed, frozen).outlines == after.outlines);
+  }
+  CHECK(one_by_one >= kSeeds.size());
+  CHECK(4 * searched <= one_by_one);
+}
+
+TEST_CASE("a search knows the slabs of its corners far up in a stack") {
+  constexpr std::size_t kBelow = 150;  // more than what is cut out reaches down
+  std::size_t before = 0, after = 0;
+  for (const std::uint32_t seed : kSeeds) {
+    INFO("seed " << seed);
+    Closed closed = closed_contours(wobbling_stack(seed));
+    put_on(closed, kBelow);
+    const std::vector<char> frozen(closed.contours.slabs.size(), 0);
+    const Searched searched = search(closed, frozen);
+    for (std::size_t s = 0; s < kBelow; ++s) REQUIRE(searched.outlines[s] == closed.contours.outlines[s]);
+    for (const auto& c : searched.left) CHECK(c.slab >= kBelow);
+    const auto left = corners_of(closed, searched.outlines);
+    for (const auto& c : left)
+      CHECK(std::any_of(searched.left.begin(), searched.left.end(), [&](const auto& d) { return same(c, d); }));
+    before += corners_of(closed, open_alone(closed, frozen).outlines).size();
+    after += left.size();
+  }
+  CHECK(before >= kSeeds.size());
+  CHECK(4 * after <= before);
+}
+
+TEST_CASE("a search leaves slabs alone that may not change") {
+  for (const std::uint32_t seed : {13u}) {
+    INFO("seed " << seed);
+    const Closed closed = closed_contours(wobbling_stack(seed));
+    std::vector<char> frozen(closed.contours.slabs.size(), 0);
+    for (std::size_t s = 0; s < frozen.size(); s += 2) frozen[s] = 1;
+    const Searched after = search(closed, frozen);
+    for (std::size_t s = 0; s < frozen.size(); s += 2) {
+      CHECK(after.outlines[s] == closed.contours.outlines[s]);
+      CHECK(after.changed[s] == 0);
+    }
+    CHECK(corners_of(closed, after.outlines).size() <= corners_of(closed, closed.contours.outlines).size());
+  }
+}
+
+TEST_CASE("a search listens while it works") {
+  struct Stop {};
+  const Closed closed = closed_contours(wobbling_stack(kSeeds.front()));
+  const std::vector<char> frozen(closed.contours.slabs.size(), 0);
+  std::vector<Outline> outlines = closed.contours.outlines;
+  std::vector<char> changed;
+  const double pitch = closed.contours.grid.pitch;
+  const detail::ColumnLimits limits =
+      detail::corner_limits(closed.contours.tolerance / pitch, 4 * closed.contours.thickness / pitch);
+  std::size_t calls = 0;
+  detail::CornerSearch(outlines, closed.regions.outlines, closed.contours.slabs, frozen, limits).run(changed, [&] {
+    ++calls;
+  });
+  REQUIRE(calls > 1);
+  outlines = closed.contours.outlines;
+  std::size_t now = 0;
+  CHECK_THROWS_AS(detail::CornerSearch(outlines, closed.regions.outlines, closed.contours.slabs, frozen, limits)
+                      .run(changed,
+                           [&] {
+                             if (++now == calls) throw Stop{};
+                           }),
+                  Stop);
+}
