@@ -3,8 +3,10 @@
 /// @brief Slab and Region: what a mesh element belongs to.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace slice2mesh {
 
@@ -44,5 +46,14 @@ struct Region {
   RegionKind kind = RegionKind::Part;
   std::string name;  ///< label of the file, or "part_<id>" / "support_<id>"
 };
+
+namespace detail {
+
+/// Does slab s exist, and lie on the one before it without room between? Heights are compared exactly.
+[[nodiscard]] inline bool lies_on_last(const std::vector<Slab>& slabs, std::size_t s) {
+  return s > 0 && s < slabs.size() && slabs[s - 1].z_high == slabs[s].z_low;
+}
+
+}  // namespace detail
 
 }  // namespace slice2mesh

@@ -125,7 +125,7 @@ protected:
   };
 
   [[nodiscard]] bool stacked(std::size_t s) const {  // on the slab below
-    return s > 0 && s < slabs_.size() && slabs_[s - 1].z_high == slabs_[s].z_low;
+    return lies_on_last(slabs_, s);
   }
 
   /// A vertex of one slab, and how far the ends of edges there have come.

@@ -23,8 +23,8 @@ namespace slice2mesh::detail {
 
 /// Opens the sharp corners between contours of neighboring slabs (see CornerOpener). What is left has columns in the
 /// way that would have to go first, to where nothing gets better by itself. So the surroundings of each such corner are
-/// cut out, some columns there are moved at random, and corners are opened again; what gains is kept, all else
-/// forgotten, for some trials. The same input gives the same result.
+/// cut out, vertices are added and columns moved there at random, and corners are opened again; what gains is kept, all
+/// else forgotten, for some trials. The same input gives the same result.
 class CornerSearch {
 public:
   using Corner = CornerFinder::Corner;
@@ -72,15 +72,11 @@ private:
 
   /// Some slabs of the stack, and what of them is in the window.
   struct Scene {
-    std::size_t first;
     std::vector<Outline> outlines, slices;
     std::vector<Slab> slabs;
     std::vector<char> frozen;
   };
 
-  [[nodiscard]] bool lies_on_another(std::size_t slab) const {
-    return slab > 0 && slab < slabs_.size() && slabs_[slab - 1].z_high == slabs_[slab].z_low;
-  }
   /// True if there is as much left.
   bool spend(std::size_t work) {
     const bool enough = work <= work_left_;
@@ -92,8 +88,8 @@ private:
                                                   const std::function<void()>& poll) {
     // As far as slabs lie on each other.
     std::size_t first = corner.slab, last = corner.slab + 1;
-    while (lies_on_another(first) && corner.slab - first < kPasses[pass].slabs) --first;
-    while (lies_on_another(last + 1) && last - corner.slab <= kPasses[pass].slabs) ++last;
+    while (lies_on_last(slabs_, first) && corner.slab - first < kPasses[pass].slabs) --first;
+    while (lies_on_last(slabs_, last + 1) && last - corner.slab <= kPasses[pass].slabs) ++last;
     std::size_t edges = 0;
     for (std::size_t s = first; s <= last; ++s) edges += outlines_[s].edges.size() + slices_[s].edges.size();
     if (!spend(edges / kCut)) return {corner};
@@ -149,7 +145,7 @@ private:
   /// `seen`: what slices in the window are asked about.
   [[nodiscard]] Scene cut_out(std::size_t first, std::size_t last, const OutlineWindow& window,
                               const OutlineWindow& seen, const std::function<void()>& poll) const {
-    Scene scene{first, {}, {}, {}, {}};
+    Scene scene;
     for (std::size_t s = first; s <= last; ++s) {
       scene.outlines.push_back(cut(outlines_[s], window, true, poll));
       scene.slices.push_back(cut(slices_[s], seen, true, poll));
@@ -157,8 +153,8 @@ private:
       scene.frozen.push_back(frozen_[s]);
     }
     // What is next to these is not seen.
-    if (lies_on_another(first)) scene.frozen.front() = 1;
-    if (lies_on_another(last + 1)) scene.frozen.back() = 1;
+    if (lies_on_last(slabs_, first)) scene.frozen.front() = 1;
+    if (lies_on_last(slabs_, last + 1)) scene.frozen.back() = 1;
     return scene;
   }
 

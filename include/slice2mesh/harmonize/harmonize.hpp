@@ -241,7 +241,7 @@ inline void adopt_ways(Contours& contours, const LayerRegions& input, double eps
   const auto take_over = [&](std::size_t s, std::size_t neighbor) {
     poll();
     const std::size_t upper = std::max(s, neighbor);
-    if (contours.slabs[upper - 1].z_high != contours.slabs[upper].z_low) return;
+    if (!lies_on_last(contours.slabs, upper)) return;
     const Outline &own = contours.outlines[s], &other = contours.outlines[neighbor];
     if (own == other) return;
     Poll listen(poll, 1 << 14);
@@ -367,7 +367,7 @@ inline void open_corners(Contours& contours, const LayerRegions& input, double e
     };
     poll();
     const Outline& own = input.outlines[s];
-    const bool stacked = s > 0 && input.slabs[s - 1].z_high == input.slabs[s].z_low;
+    const bool stacked = detail::lies_on_last(input.slabs, s);
     detail::Poll listen(poll, 1 << 14);
     const detail::SegmentIndex below(stacked ? result.outlines[s - 1] : Outline{}, &listen);
     const detail::SegmentIndex own_index(own, &listen);
