@@ -12,6 +12,7 @@
 #include "../plc/chain.hpp"
 #include "slice2mesh/harmonize/separation.hpp"
 #include "slice2mesh/improve/improve.hpp"
+#include "slice2mesh/plc/build_plc.hpp"
 #include "slice2mesh/plc/verify_plc.hpp"
 #include "slice2mesh/quality/certificate.hpp"
 #include "slice2mesh/quality/quality.hpp"
@@ -50,6 +51,22 @@ std::string failures(const Certificate& certificate) {
   for (const CertificateCheck& check : certificate.checks)
     if (!check.passed) text += check.name + ": " + check.detail + "; ";
   return text;
+}
+
+/// Facets of a mesh that are no faces of its tets.
+std::size_t facets_apart(const Mesh& mesh) {
+  std::set<std::array<std::int32_t, 3>> faces;
+  for (const auto& tet : mesh.tets)
+    for (std::size_t i = 0; i < 4; ++i) {
+      std::array<std::int32_t, 3> face{tet[(i + 1) % 4], tet[(i + 2) % 4], tet[(i + 3) % 4]};
+      std::sort(face.begin(), face.end());
+      faces.insert(face);
+    }
+  return std::size_t(std::count_if(mesh.facets.begin(), mesh.facets.end(), [&](const Facet& facet) {
+    std::array<std::int32_t, 3> face = facet.vertices;
+    std::sort(face.begin(), face.end());
+    return faces.count(face) == 0;
+  }));
 }
 
 /// Where contour edges of the slabs end, on both planes of the slab.
@@ -120,6 +137,76 @@ TEST_CASE("improvement keeps the certificate, the complex and the contours, and 
     if (after.ratio.worst < before.ratio.worst) ++better;
   }
   CHECK(better > stacks.size() / 2);
+}
+
+TEST_CASE("every facet of a mesh is a face of a tet, before improvement and after it, also on walls between regions") {
+  std::vector<NamedStack> stacks = generated_stacks();
+  for (std::uint32_t seed = 1; seed <= 30; ++seed)
+    stacks.push_back({"random stack, seed " + std::to_string(seed), random_stack(seed)});
+  for (const double slope : {0.0, 0.13, 0.4}) {  // two parts, one in the way of the other
+    std::vector<std::vector<Polyline>> layers;
+    for (int i = 0; i < 6; ++i) {
+      Polyline other = rectangle(2 + slope * i, 1, 6, 4 + slope * i);
+      other.part = 1;
+      layers.push_back({rectangle(0, 0, 4, 3), other});
+    }
+    stacks.push_back({"two parts", stack_of(layers)});
+  }
+  std::size_t walls = 0, inner = 0, turned = 0;
+  for (const NamedStack& named : stacks) {
+    INFO(named.name);
+    Filled filled = fill(named.stack);
+    CHECK(facets_apart(filled.mesh) == 0);
+    REQUIRE(improve(filled));
+    CHECK(facets_apart(filled.mesh) == 0);
+    // Those of the complex are the same ones, and they cut every wall once: verify_plc and the certificate say so.
+    REQUIRE(filled.mesh.facets.size() == filled.plc.facets.size());
+    const Plc usual = build_plc(filled.chain.contours, filled.stack.meshes, filled.stack.slab_planes);
+    REQUIRE(usual.facets.size() == filled.plc.facets.size());
+    for (std::size_t f = 0; f < usual.facets.size(); ++f) {
+      const Facet &own = filled.mesh.facets[f], &other = usual.facets[f];
+      CHECK(own.vertices == filled.plc.facets[f].vertices);
+      CHECK((own.label == other.label && own.front == other.front && own.back == other.back && own.wall == other.wall));
+      if (own.wall == kNone) continue;
+      ++walls;
+      inner += own.label == FacetLabel::InnerWall;
+      turned += own.vertices != other.vertices;
+    }
+    CHECK(verify_plc(filled.plc).passed());
+    const Certificate certificate = certify(filled.mesh, filled.plc);
+    INFO(failures(certificate));
+    CHECK(certificate.passed());
+    for (const CertificateCheck& check : certificate.checks)
+      CHECK(check.detail.find("other diagonals") == std::string::npos);
+  }
+  CHECK(walls > 10000);
+  CHECK(inner > 300);
+  CHECK(turned > walls / 50);
+}
+
+TEST_CASE("improvement turns diagonals of walls, where there is nothing else to change") {
+  // Square columns: every vertex is a corner that stays. By the rule of ties all diagonals of a column are parallel,
+  // and two of its corners have six tets each.
+  for (const double height : {0.4, 0.5, 0.6}) {
+    const std::vector<std::vector<Polyline>> layers(6, {rectangle(0, 0, 1, 1)});
+    ChainOptions options;
+    options.size = 4;
+    options.contour_size = 4;
+    Filled filled = fill(stack_of(layers, height), options);
+    const Plc before = filled.plc;
+    const double mean = measure_quality(filled.mesh).ratio.mean;
+    REQUIRE(filled.mesh.vertices.size() == 28);
+    REQUIRE(improve(filled));
+    REQUIRE(filled.plc.facets.size() == before.facets.size());
+    std::size_t turned = 0;
+    for (std::size_t f = 0; f < before.facets.size(); ++f)
+      turned += filled.plc.facets[f].wall != kNone && filled.plc.facets[f].vertices != before.facets[f].vertices;
+    INFO("height " << height << ", mean before " << mean);
+    CHECK(turned > 0);
+    CHECK(measure_quality(filled.mesh).ratio.mean < 0.97 * mean);
+    CHECK(facets_apart(filled.mesh) == 0);
+    CHECK(certify(filled.mesh, filled.plc).passed());
+  }
 }
 
 TEST_CASE("contours that improvement moves stay within the tolerance, meet nothing, and make the elements better") {

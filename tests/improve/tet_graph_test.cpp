@@ -72,6 +72,20 @@ std::map<std::int32_t, Int128> volumes(const TetGraph& graph) {
   return sums;
 }
 
+/// Lengths of the walls of every slab, at the bottom and at the top, pitches.
+std::map<std::int32_t, double> wall_lengths(const PlaneStack& stack) {
+  std::map<std::int32_t, double> sums;
+  for (std::size_t s = 0; s < stack.slab_planes.size(); ++s)
+    for (const std::size_t top : {std::size_t(0), std::size_t(1)}) {
+      const PlaneMesh& mesh = stack.meshes[std::size_t(stack.slab_planes[s][top])];
+      for (const auto& chain : top != 0 ? mesh.below_chain : mesh.above_chain)
+        for (std::size_t i = 1; i < chain.size(); ++i)
+          sums[std::int32_t(s)] += detail::distance(mesh.vertices[std::size_t(chain[i - 1])],
+                                                    mesh.vertices[std::size_t(chain[i])]);
+    }
+  return sums;
+}
+
 double cost(const TetGraph& graph) {
   double sum = 0;
   for (std::int32_t t = 0; t < std::int32_t(graph.size()); ++t)
@@ -118,7 +132,8 @@ TEST_CASE(
     CHECK(faults(graph).empty());
     const auto before = volumes(graph);
     several_slabs += std::size_t(before.size() > 1);
-    detail::Flips flipper(graph);
+    detail::Flips flipper(graph, made.stack, Poll(kNobody, 1));
+    const std::map<std::int32_t, double> walls = wall_lengths(made.stack);
     double last = cost(graph);
     std::size_t done = 0;
     for (std::int32_t t = 0; t < std::int32_t(graph.size()); ++t) {
@@ -132,7 +147,11 @@ TEST_CASE(
     const std::string fault = faults(graph);
     INFO(fault);
     CHECK(fault.empty());
-    CHECK((volumes(graph) == before));
+    // A wall is bent by the rounding of what splits its edges, by less than a pitch: other diagonals hold more or less.
+    const auto after = volumes(graph);
+    REQUIRE(after.size() == before.size());
+    for (const auto& [slab, volume] : before)
+      CHECK(std::fabs(double(after.at(slab) - volume)) <= 2 * walls.at(slab));
     CHECK(cost(graph) <= last);
     // One tet that is nearly flat may cost so much that the sum does not show what the others gain.
     if (done > 0 && last < kResolved) {

@@ -13,8 +13,11 @@
 #include <vector>
 
 #include "slice2mesh/arrange/exact.hpp"
+#include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/improve/tet_graph.hpp"
+#include "slice2mesh/improve/wall_vertices.hpp"
 #include "slice2mesh/quality/tet_figures.hpp"
+#include "slice2mesh/triangulate/plane_stack.hpp"
 
 namespace slice2mesh::detail {
 
@@ -50,13 +53,15 @@ private:
 };
 
 /// Finds and makes the best flip at a tet. Tets stay in their slabs and regions; that new ones are positive and fill
-/// the place of the old ones is decided exactly.
+/// the place of the old ones (on a bent wall, up to the bend between its two diagonals) is decided exactly.
 class Flips {
 public:
   using Tet = TetGraph::Tet;
   using Cell = TetGraph::Cell;
 
-  explicit Flips(TetGraph& graph) : graph_(graph), tried_edge_(graph.points().size()) {}
+  Flips(TetGraph& graph, const PlaneStack& stack, const Poll& listen)
+      : graph_(graph), walls_(stack, graph.first(), graph.points().size(), listen), tried_edge_(graph.points().size()) {
+  }
 
   /// Makes the flip at tet t that gains most; false if none gains. Edges and faces that nothing has changed at since
   /// they were tried are left out.
@@ -93,8 +98,8 @@ private:
   };
 
   /// Keeps the flip of `old` into tets_ with cells_ if it is valid and better than the best one so far. The old tets
-  /// are those of one slab, or of two slabs in this order.
-  void offer(const std::vector<std::int32_t>& old, double before) {
+  /// are those of one slab, or of two slabs in this order. `bend`: what the tets gain in volume (in the first slab).
+  void offer(const std::vector<std::int32_t>& old, double before, Int128 bend = 0) {
     double after = 0;
     badnesses_.clear();
     for (const Tet& t : tets_) {
@@ -106,7 +111,7 @@ private:
     if (!(before - after > kLeastGain * before + best_.gain)) return;
     // Positive tets that add up to the same volume in each slab fill the same space once.
     const std::int32_t first = graph_[old.front()].slab;
-    std::array<Int128, 2> sum{};
+    std::array<Int128, 2> sum{-bend, 0};
     for (std::size_t i = 0; i < tets_.size(); ++i) {
       const Int128 v = graph_.volume(tets_[i]);
       if (v <= 0) return;
@@ -228,14 +233,58 @@ private:
   }
   /// Takes an edge between the two planes of a slab out.
   void offer_edge_removal(std::int32_t t, std::int32_t a, std::int32_t b) {
-    if (turn_around(t, a, b) != Around::Closed || old_.size() > kLongestRing) return;
+    const Around around = turn_around(t, a, b);
+    if (around == Around::TooMany) return;
+    if (around == Around::Open) {
+      offer_wall_flip(a, b, old_.size());
+      return;
+    }
     const Cell cell = graph_.cell(t);
-    for (const std::int32_t s : old_)
-      if (graph_[s].region != cell.region) return;
+    std::size_t start = 0;  // where the region of `cell` ends
+    while (start < old_.size() && graph_[old_[start]].region == cell.region) ++start;
+    if (start < old_.size()) {
+      const std::size_t n = old_.size();
+      std::rotate(ring_.begin(), ring_.begin() + std::ptrdiff_t(start), ring_.end());
+      std::rotate(old_.begin(), old_.begin() + std::ptrdiff_t(start), old_.end());
+      ring_.push_back(ring_.front());
+      std::size_t second = 1;
+      while (second < n && graph_[old_[second]].region != cell.region) ++second;
+      offer_wall_flip(a, b, second);
+      return;
+    }
+    if (old_.size() > kLongestRing) return;
     const double before = cost_before();
     tets_.clear();
     cells_.clear();
     if (triangulate_ring(ring_.data(), ring_.size(), a, b, cell, before)) offer(old_, before);
+  }
+  /// Takes an edge of a wall out, in favor of the other diagonal of its two triangles: on both sides of the wall, where
+  /// there is material on both of them. `second`: the number of tets on the first side.
+  void offer_wall_flip(std::int32_t a, std::int32_t b, std::size_t second) {
+    const std::size_t n = old_.size();
+    const std::int32_t u = ring_.front(), w = ring_[second];
+    if (!on_one_wall(a, b, u, w)) return;
+    const double before = cost_before();
+    tets_.clear();
+    cells_.clear();
+    for (const auto& [begin, end] : {std::pair{std::size_t(0), second}, std::pair{second, n}}) {
+      if (begin == end) continue;
+      if (end - begin + 1 > kLongestRing) return;
+      const Cell cell = graph_.cell(old_[begin]);
+      for (std::size_t i = begin; i < end; ++i)
+        if (!(graph_.cell(old_[i]) == cell)) return;
+      if (!triangulate_ring(ring_.data() + begin, end - begin + 1, a, b, cell, before)) return;
+    }
+    // The two triangles of a bent wall and the other two have a flat tet between them.
+    offer(old_, before, second == n ? graph_.volume({a, b, w, u}) : 0);
+  }
+  /// Whether triangles abu and abw are on one wall, with the two ends of its other diagonal.
+  [[nodiscard]] bool on_one_wall(std::int32_t a, std::int32_t b, std::int32_t u, std::int32_t w) const {
+    if (graph_.plane(a) > graph_.plane(b)) std::swap(a, b);
+    if (graph_.plane(u) > graph_.plane(w)) std::swap(u, w);
+    if (graph_.plane(u) != graph_.plane(a) || graph_.plane(w) != graph_.plane(b)) return false;
+    const std::int32_t wall = walls_.wall_of(a, u, WallVertices::Above);
+    return wall != kNone && wall == walls_.wall_of(b, w, WallVertices::Below);
   }
   /// Takes an edge of a plane out, in favor of the other diagonal of its two triangles: in both slabs, where both have
   /// material there.
@@ -297,6 +346,7 @@ private:
   static constexpr std::size_t kLargestFan = 2 * kLongestRing - 4;  // in two slabs
 
   TetGraph& graph_;
+  WallVertices walls_;
   TriedEdges tried_edge_;
   Flip best_;
   bool gainful_ = false;  // the edge that is tried, perhaps

@@ -13,6 +13,7 @@
 #include "slice2mesh/improve/mesh_optimizer.hpp"
 #include "slice2mesh/pipeline/options.hpp"
 #include "slice2mesh/plc/build_plc.hpp"
+#include "slice2mesh/tet/wall_facets.hpp"
 #include "slice2mesh/triangulate/plane_stack.hpp"
 
 namespace slice2mesh {
@@ -66,6 +67,9 @@ inline bool improve(const LayerRegions& regions, Contours& contours, PlaneStack&
     mesh.vertices.push_back(plc.position(v));
   }
   mesh.facets = plc.facets;
+  take_wall_diagonals(plc, mesh, poll);
+  poll();
+  plc.facets = mesh.facets;
   return true;
 }
 

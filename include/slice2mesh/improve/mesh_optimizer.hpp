@@ -28,7 +28,7 @@
 namespace slice2mesh::detail {
 
 /// Improves the tets of all slabs by local operations. All of them keep every tet in its slab and region and every wall
-/// vertical; that new tets are positive is decided exactly. Free vertices move in their plane, vertices that split a
+/// vertical (its diagonals may change); that new tets are positive is decided exactly. Free vertices move in their plane, vertices that split a
 /// contour edge along that edge, contour vertices as columns, within the tolerance (contour_columns.hpp), or not at
 /// all.
 class MeshOptimizer {
@@ -39,7 +39,8 @@ public:
   MeshOptimizer(const Contours& contours, const std::vector<Outline>* slices, PlaneStack& stack, Mesh& mesh,
                 const ImproveOptions& options, const Progress& progress)
       : stack_(stack), mesh_(mesh), options_(options), progress_(progress),
-        graph_(stack, mesh, contours.grid.pitch, Poll(to_listener_, kPollEvery)), flips_(graph_) {
+        graph_(stack, mesh, contours.grid.pitch, Poll(to_listener_, kPollEvery)),
+        flips_(graph_, stack, Poll(to_listener_, kPollEvery)) {
     const std::size_t vertices = graph_.points().size();
     for (const PlaneMesh& plane : stack.meshes)
       for (const char fixed : plane.fixed) kind_.push_back(fixed ? Kind::Fixed : Kind::Free);

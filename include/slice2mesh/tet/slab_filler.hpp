@@ -29,6 +29,7 @@
 #include "slice2mesh/core/plc.hpp"
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/core/short_number.hpp"
+#include "slice2mesh/tet/wall_facets.hpp"
 
 namespace slice2mesh {
 
@@ -651,7 +652,9 @@ struct SlabFiller {
       if (!flat.empty()) detail::WallTets(plc, mesh, first, slab, listen).close(flat);
       poll(s);
     }
-    report(progress, Stage::Tetrahedralize, 1);
+    const std::function<void()> ends = [&] { report(progress, Stage::Tetrahedralize, 1); };
+    take_wall_diagonals(plc, mesh, ends);
+    ends();
     return mesh;
   }
 };
