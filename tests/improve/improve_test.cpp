@@ -152,7 +152,7 @@ TEST_CASE("every facet of a mesh is a face of a tet, before improvement and afte
     }
     stacks.push_back({"two parts", stack_of(layers)});
   }
-  std::size_t walls = 0, inner = 0, turned = 0;
+  std::size_t walls = 0, inner = 0, turned = 0, turned_inner = 0;
   for (const NamedStack& named : stacks) {
     INFO(named.name);
     Filled filled = fill(named.stack);
@@ -171,6 +171,7 @@ TEST_CASE("every facet of a mesh is a face of a tet, before improvement and afte
       ++walls;
       inner += own.label == FacetLabel::InnerWall;
       turned += own.vertices != other.vertices;
+      turned_inner += own.label == FacetLabel::InnerWall && own.vertices != other.vertices;
     }
     CHECK(verify_plc(filled.plc).passed());
     const Certificate certificate = certify(filled.mesh, filled.plc);
@@ -182,6 +183,7 @@ TEST_CASE("every facet of a mesh is a face of a tet, before improvement and afte
   CHECK(walls > 10000);
   CHECK(inner > 300);
   CHECK(turned > walls / 50);
+  CHECK(turned_inner > 10);
 }
 
 TEST_CASE("improvement turns diagonals of walls, where there is nothing else to change") {

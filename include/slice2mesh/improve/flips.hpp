@@ -63,6 +63,9 @@ public:
       : graph_(graph), walls_(stack, graph.first(), graph.points().size(), listen), tried_edge_(graph.points().size()) {
   }
 
+  /// Whether edges of walls are flipped too; at first they are not.
+  void turn_walls(bool turn) { turn_walls_ = turn; }
+
   /// Makes the flip at tet t that gains most; false if none gains. Edges and faces that nothing has changed at since
   /// they were tried are left out.
   bool flip(std::int32_t t) {
@@ -264,6 +267,10 @@ private:
     const std::size_t n = old_.size();
     const std::int32_t u = ring_.front(), w = ring_[second];
     if (!on_one_wall(a, b, u, w)) return;
+    if (!turn_walls_) {
+      gainful_ = true;  // later, perhaps
+      return;
+    }
     const double before = cost_before();
     tets_.clear();
     cells_.clear();
@@ -349,6 +356,7 @@ private:
   WallVertices walls_;
   TriedEdges tried_edge_;
   Flip best_;
+  bool turn_walls_ = false;
   bool gainful_ = false;  // the edge that is tried, perhaps
   std::vector<std::int32_t> ring_, old_, back_, back_ring_;
   std::vector<std::pair<std::size_t, std::size_t>> spans_;

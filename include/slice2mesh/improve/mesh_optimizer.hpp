@@ -28,9 +28,9 @@
 namespace slice2mesh::detail {
 
 /// Improves the tets of all slabs by local operations. All of them keep every tet in its slab and region and every wall
-/// vertical (its diagonals may change); that new tets are positive is decided exactly. Free vertices move in their plane, vertices that split a
-/// contour edge along that edge, contour vertices as columns, within the tolerance (contour_columns.hpp), or not at
-/// all.
+/// vertical (its diagonals may change); that new tets are positive is decided exactly. Free vertices move in their
+/// plane, vertices that split a contour edge along that edge, contour vertices as columns, within the tolerance
+/// (contour_columns.hpp), or not at all.
 class MeshOptimizer {
 public:
   using Tet = TetGraph::Tet;
@@ -70,6 +70,8 @@ public:
     std::int32_t round = 0;
     for (const bool polishing : {false, true}) {
       floor_ = polishing ? options_.target : std::max(bad_, options_.target);
+      // While contours are moved apart, walls stay as they were filled: that leaves fewer small angles.
+      flips_.turn_walls(polishing);
       const std::int32_t first = round, last = polishing ? options_.rounds : (options_.rounds + 1) / 2;
       std::size_t most = 0;
       for (; round < last && !exhausted(); ++round) {

@@ -44,10 +44,10 @@ private:
   struct Base {
     std::int32_t u, v;  // ascending
     std::int32_t facet;
-    bool up;                 // the wall is above
-    std::uint32_t faces = 0; // that tets of the cell at the back of the facet have on the wall at the edge
-    std::int32_t apex = 0;   // their third vertices, added by exclusive or: those of faces inside of the cell, which
-                             // two tets have, are gone
+    bool up;                  // the wall is above
+    std::uint32_t faces = 0;  // that tets of the cell at the back of the facet have on the wall at the edge
+    std::int32_t apex = 0;    // their third vertices, added by exclusive or: those of faces inside of the cell, which
+                              // two tets have, are gone
   };
 
   /// The edges by their lower vertex, and the vertices of each wall.
@@ -124,20 +124,20 @@ private:
   const Plc& plc_;
   Mesh& mesh_;
   Poll listen_;
-  std::vector<std::int32_t> base_start_, wall_start_;  // #V + 1, #walls + 1
-  std::vector<Base> bases_;                            // by u
+  std::vector<std::int32_t> base_start_, wall_start_;     // #V + 1, #walls + 1
+  std::vector<Base> bases_;                               // by u
   std::vector<std::array<std::int32_t, 3>> wall_facets_;  // vertices of the facets of each wall
-  std::vector<std::uint8_t> on_contour_;               // #V
+  std::vector<std::uint8_t> on_contour_;                  // #V
 };
 
 }  // namespace slice2mesh::detail
 
 namespace slice2mesh {
 
-/// Gives the wall facets of a mesh the diagonals that its tets have on the walls, so that every facet is a face of a tet:
-/// those of the complex are one choice of several. Facets keep their order, sides and orientation; where the tets have
-/// no such face they stay. Precondition: the mesh fills `plc` with its vertices, in their order, and has its facets
-/// (not checked). Errors: what `poll` throws. Cost: linear.
+/// Gives the wall facets of a mesh the diagonals that its tets have on the walls, so that every facet is a face of a
+/// tet: those of the complex are one choice of several. Facets keep their order, sides and orientation; where the tets
+/// have no such face they stay. Precondition: the mesh fills `plc` with its vertices, in their order, and has its
+/// facets (not checked). Errors: what `poll` throws. Cost: linear.
 inline void take_wall_diagonals(const Plc& plc, Mesh& mesh, const std::function<void()>& poll = {}) {
   detail::WallFacets(plc, mesh, poll).run();
 }
