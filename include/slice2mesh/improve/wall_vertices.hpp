@@ -3,9 +3,11 @@
 /// @brief On which walls the vertices of a stack stand.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "slice2mesh/core/mesh.hpp"
@@ -37,13 +39,19 @@ public:
   /// The wall that has the edge uv of a plane in the slab on one side, kNone if there is none. Walls of one slab have
   /// different numbers; a wall has the same number on both of its planes.
   [[nodiscard]] std::int32_t wall_of(std::int32_t u, std::int32_t v, Side side) const {
+    // One of them may be the corner of any number of walls.
+    if (walls_at(u, side) > walls_at(v, side)) std::swap(u, v);
+    const auto begin = walls_[side].begin() + start_[side][std::size_t(v)],
+               end = walls_[side].begin() + start_[side][std::size_t(v) + 1];
     for (std::int32_t i = start_[side][std::size_t(u)]; i < start_[side][std::size_t(u) + 1]; ++i)
-      for (std::int32_t j = start_[side][std::size_t(v)]; j < start_[side][std::size_t(v) + 1]; ++j)
-        if (walls_[side][std::size_t(i)] == walls_[side][std::size_t(j)]) return walls_[side][std::size_t(i)];
+      if (std::binary_search(begin, end, walls_[side][std::size_t(i)])) return walls_[side][std::size_t(i)];
     return kNone;
   }
 
 private:
+  [[nodiscard]] std::int32_t walls_at(std::int32_t v, Side side) const {
+    return start_[side][std::size_t(v) + 1] - start_[side][std::size_t(v)];
+  }
   template <class Visit>
   static void for_each(const PlaneStack& stack, const std::vector<std::int32_t>& first, Side side, Poll& listen,
                        Visit&& visit) {
@@ -56,7 +64,7 @@ private:
     }
   }
 
-  std::array<std::vector<std::int32_t>, 2> start_, walls_;  // by side
+  std::array<std::vector<std::int32_t>, 2> start_, walls_;  // by side; walls at each vertex, ascending
 };
 
 }  // namespace slice2mesh::detail
