@@ -72,6 +72,8 @@ public:
       floor_ = polishing ? options_.target : std::max(bad_, options_.target);
       // While contours are moved apart, walls stay as they were filled: that leaves fewer small angles.
       flips_.turn_walls(polishing);
+      if (polishing)  // what was tried in vain may have had an edge on a wall
+        for (std::int32_t t = 0; t < std::int32_t(graph_.size()); ++t) graph_[t].tried_flip = 0;
       const std::int32_t first = round, last = polishing ? options_.rounds : (options_.rounds + 1) / 2;
       std::size_t most = 0;
       for (; round < last && !exhausted(); ++round) {
