@@ -183,19 +183,16 @@ TEST_CASE("a search knows the slabs of its corners far up in a stack") {
 }
 
 TEST_CASE("a search leaves slabs alone that may not change") {
-  for (const std::uint32_t seed : {13u}) {
-    INFO("seed " << seed);
-    const Closed closed = closed_contours(wobbling_stack(seed));
-    std::vector<char> frozen(closed.contours.slabs.size(), 0);
-    for (std::size_t s = 0; s < frozen.size(); s += 2) frozen[s] = 1;
-    const Searched after = search(closed, frozen);
-    CHECK(std::count(after.changed.begin(), after.changed.end(), 1) > 0);
-    for (std::size_t s = 0; s < frozen.size(); s += 2) {
-      CHECK(after.outlines[s] == closed.contours.outlines[s]);
-      CHECK(after.changed[s] == 0);
-    }
-    CHECK(corners_of(closed, after.outlines).size() <= corners_of(closed, closed.contours.outlines).size());
+  const Closed closed = closed_contours(wobbling_stack(13));
+  std::vector<char> frozen(closed.contours.slabs.size(), 0);
+  for (std::size_t s = 0; s < frozen.size(); s += 2) frozen[s] = 1;
+  const Searched after = search(closed, frozen);
+  CHECK(std::count(after.changed.begin(), after.changed.end(), 1) > 0);
+  for (std::size_t s = 0; s < frozen.size(); s += 2) {
+    CHECK(after.outlines[s] == closed.contours.outlines[s]);
+    CHECK(after.changed[s] == 0);
   }
+  CHECK(corners_of(closed, after.outlines).size() <= corners_of(closed, closed.contours.outlines).size());
 }
 
 TEST_CASE("a search listens while it works") {

@@ -14,6 +14,7 @@
 #include "slice2mesh/core/error.hpp"
 #include "slice2mesh/core/plc.hpp"
 #include "slice2mesh/core/progress.hpp"
+#include "slice2mesh/core/slab.hpp"
 
 namespace slice2mesh {
 
@@ -104,8 +105,7 @@ struct FinerSlice {
   }
   // Two slabs with part material that touch.
   const auto touch = [&](std::size_t s) {
-    return s + 1 < slab_count && plc.slabs[s].z_high == plc.slabs[s + 1].z_low && result.layers[s].area > 0 &&
-           result.layers[s + 1].area > 0;
+    return detail::lies_on_last(plc.slabs, s + 1) && result.layers[s].area > 0 && result.layers[s + 1].area > 0;
   };
   for (std::size_t s = 0; s < slab_count; ++s) {
     if (!touch(s)) continue;

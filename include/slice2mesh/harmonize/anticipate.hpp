@@ -13,6 +13,7 @@
 #include "slice2mesh/arrange/exact.hpp"
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/arrange/segment_index.hpp"
+#include "slice2mesh/core/slab.hpp"
 #include "slice2mesh/harmonize/merge.hpp"
 #include "slice2mesh/regions/regions.hpp"
 
@@ -42,7 +43,7 @@ public:
       indices_.emplace_back(input_.outlines[next], &listen);
     }
     for (std::size_t t = s; t < s + m; ++t)
-      if (input_.slabs[t].z_high != input_.slabs[t + 1].z_low) return nullptr;
+      if (!lies_on_last(input_.slabs, t + 1)) return nullptr;
     return &indices_[s + m - first_];
   }
   [[nodiscard]] const Outline& outline(std::size_t s, std::size_t m) const { return input_.outlines[s + m]; }

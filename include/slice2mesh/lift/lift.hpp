@@ -19,6 +19,7 @@
 #include "slice2mesh/core/plc.hpp"
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/core/short_number.hpp"
+#include "slice2mesh/core/slab.hpp"
 #include "slice2mesh/harmonize/harmonize.hpp"
 
 namespace slice2mesh {
@@ -59,7 +60,7 @@ struct InterfacePlane {
   slab_planes.assign(slabs.size(), {kNone, kNone});
   for (std::size_t s = 0; s < slabs.size(); ++s) {
     const auto i = static_cast<std::int32_t>(s);
-    if (s > 0 && slabs[s - 1].z_high == slabs[s].z_low)
+    if (detail::lies_on_last(slabs, s))
       planes.back().second = i;
     else
       planes.emplace_back(kNone, i);

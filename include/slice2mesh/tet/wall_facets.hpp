@@ -49,6 +49,7 @@ private:
     std::uint32_t faces = 0;  // that tets of the cell at the back of the facet have on the wall at the edge
     std::int32_t apex = 0;    // their third vertices, added by exclusive or: those of faces inside of the cell, which
                               // two tets have, are gone
+    [[nodiscard]] static bool is_before(const Base& base, std::int32_t w) { return base.v < w; }
   };
 
   /// The edges by their vertices, and the walls at each vertex.
@@ -113,9 +114,8 @@ private:
         if (plane(u) != plane(v) || plane(apex) == plane(u) || !on_contour(apex)) continue;
         if (u > v) std::swap(u, v);
         const auto end = bases_.begin() + base_start_[std::size_t(u) + 1];
-        for (auto it = std::lower_bound(bases_.begin() + base_start_[std::size_t(u)], end, v,
-                                        [](const Base&base, std::int32_t w) { return base.v < w; });
-             it != end && it->v == v; ++it) {
+        auto it = std::lower_bound(bases_.begin() + base_start_[std::size_t(u)], end, v, Base::is_before);
+        for (; it != end && it->v == v; ++it) {
           Base& base = *it;
           if (base.up != (plane(apex) > plane(u))) continue;
           const Side& back = mesh_.facets[std::size_t(base.facet)].back;

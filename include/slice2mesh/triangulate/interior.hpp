@@ -14,6 +14,7 @@
 #include "slice2mesh/arrange/segment_index.hpp"
 #include "slice2mesh/arrange/snap_rounding.hpp"
 #include "slice2mesh/core/progress.hpp"
+#include "slice2mesh/core/slab.hpp"
 #include "slice2mesh/harmonize/harmonize.hpp"
 
 namespace slice2mesh {
@@ -114,7 +115,7 @@ private:
   std::vector<GridPoint> result;
   const auto count = static_cast<std::int32_t>(contours.slabs.size());
   const auto touch = [&](std::int32_t s) {  // slab s touches slab s + 1
-    return contours.slabs[std::size_t(s)].z_high == contours.slabs[std::size_t(s) + 1].z_low;
+    return detail::lies_on_last(contours.slabs, std::size_t(s) + 1);
   };
   std::vector<std::pair<GridPoint, GridPoint>> own;
   GridPoint low{kGridLimit, kGridLimit}, high{-kGridLimit, -kGridLimit};
