@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: MIT
+#include "slice2mesh/triangulate/interior.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <random>
+#include <set>
+#include <vector>
+
+#include "plc/chain.hpp"
+#include "slice2mesh/triangulate/graded_sizes.hpp"
+#include "test_support.hpp"
+
+using namespace slice2mesh;
+using namespace slice2mesh_test;
+
+namespace {
+
+const std::function<void()> kNobody;
+
+/// The distance to the nearest of some points that is another one.
+double nearest(const GridPoint& p, const std::vector<GridPoint>& points) {
+  double result = HUGE_VAL;
+  for (const GridPoint& q : points)
+    if (q != p) result = std::min(result, detail::distance(p, q));
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("graded sizes are the smallest size of a source plus half of the distance from it") {
+  std::size_t below = 0, above = 0, in_squares = 0;
+  for (std::uint32_t seed = 1; seed <= 20; ++seed) {
+    CAPTURE(seed);
+    std::mt19937 random(seed);
+    std::uniform_int_distribution<std::int64_t> place(-200000, 200000);
+    std::uniform_real_distribution<double> size(1, 30000);
+    std::vector<detail::SizeSource> sources;
+    for (int i = 0; i < 40; ++i) sources.push_back({{place(random), place(random)}, size(random)});
+    std::sort(sources.begin(), sources.end());
+    const double limit = 20000;
+    detail::Poll listen(kNobody, 1);
+    const detail::GradedSizes graded(sources, limit, 1, listen);
+    const std::vector<GridPoint> squares = graded.squares(listen);
+    REQUIRE(std::set<GridPoint>(squares.begin(), squares.end()).size() == squares.size());
+    for (int i = 0; i < 2000; ++i) {
+      const GridPoint p{place(random), place(random)};
+      double least = HUGE_VAL;
+      for (const detail::SizeSource& source : sources)
+        least = std::min(least, source.size + detail::distance(source.at, p) / 2);
+      REQUIRE(graded.is_below(p) == (least < limit));
+      ++(least < limit ? below : above);
+      if (least >= limit) continue;
+      const GridPoint square{std::int64_t(std::floor(double(p.x) / graded.side())),
+                             std::int64_t(std::floor(double(p.y) / graded.side()))};
+      REQUIRE(std::binary_search(squares.begin(), squares.end(), square));
+      ++in_squares;
+    }
+  }
+  CHECK(below > 1000);
+  CHECK(above > 1000);
+  CHECK(in_squares == below);
+}
+
+TEST_CASE("of sources that are near to each other the smallest counts") {
+  detail::Poll listen(kNobody, 1);
+  const std::vector<detail::SizeSource> sources{{{0, 0}, 10}, {{50, 0}, 20}, {{1000, 0}, 30}};
+  const detail::GradedSizes all(sources, 100, 1, listen), few(sources, 100, 60, listen);
+  const GridPoint p{200, 0};  // 20 + 75 from the second, 10 + 100 from the first
+  CHECK(all.is_below(p));
+  CHECK_FALSE(few.is_below(p));
+  CHECK(few.is_below({150, 0}));
+  CHECK(few.is_below({1130, 0}));
+}
+
+TEST_CASE("sources are the shortest edges at contour vertices, and the widths of bands between contours") {
+  Chain chain = run_chain(stack_of({{rectangle(0, 0, 10, 8)}, {rectangle(0, 0, 10.2, 8)}}), {});
+  const Contours& contours = chain.contours;
+  std::vector<const Outline*> outlines{&contours.outlines[0], &contours.outlines[1]};
+  detail::Poll listen(kNobody, 1);
+  const double pitch = contours.grid.pitch;
+  std::size_t in_band = 0, edges = 0;
+  for (const double narrow : {0.1, 0.3}) {  // mm; the band is 0.2 wide
+    const auto sources = detail::size_sources(outlines, narrow / pitch, listen);
+    REQUIRE(sources.size() == contours.outlines[0].vertices.size() + contours.outlines[1].vertices.size());
+    REQUIRE(std::is_sorted(sources.begin(), sources.end()));
+    for (const detail::SizeSource& source : sources) {
+      double shortest = HUGE_VAL;
+      for (const Outline* outline : outlines)
+        for (const Outline::Edge& e : outline->edges) {
+          const GridPoint &a = outline->vertices[std::size_t(e.a)], &b = outline->vertices[std::size_t(e.b)];
+          if (a == source.at || b == source.at) shortest = std::min(shortest, detail::distance(a, b));
+        }
+      if (narrow == 0.3 && std::fabs(source.size * pitch - 0.2) < 1e-9) {
+        ++in_band;
+        continue;
+      }
+      REQUIRE(source.size >= shortest);
+      ++edges;
+    }
+  }
+  CHECK(in_band > 10);
+  CHECK(edges > 100);
+}
+
+TEST_CASE("the lattice has half the spacing along contours only, keeps away from them, and is the same in all planes") {
+  ChainOptions options;
+  const std::vector<Polyline> slice{rectangle(0, 0, 20, 16)};
+  const Chain chain = run_chain(stack_of({slice, slice, slice}), options);
+  const Contours& contours = chain.contours;
+  const double h = contours.thickness / contours.grid.pitch, l = 2 * h;
+  const InteriorSizes sizes{l, h};
+  const std::vector<GridPoint> points = interior_points(contours, 0, 1, sizes);
+  CHECK(points == interior_points(contours, 1, 2, sizes));
+  REQUIRE(std::set<GridPoint>(points.begin(), points.end()).size() == points.size());
+
+  const detail::SegmentIndex index(contours.outlines[0]);
+  std::size_t coarse = 0, fine = 0;
+  for (const GridPoint& p : points) {
+    const double from_contour = index.distance(p, 100 * l);
+    REQUIRE(from_contour >= 0.75 * l / 2);
+    const double apart = nearest(p, points);
+    // Sizes grow by half of the distance, from edges of h at most to 0.8 l.
+    if (from_contour > 2 * l) {
+      REQUIRE(apart > 0.99 * l);
+      ++coarse;
+    }
+    if (apart < 0.51 * l) {
+      REQUIRE(from_contour < 1.6 * l);
+      ++fine;
+    }
+  }
+  CHECK(coarse > 100);
+  CHECK(fine > 50);
+  // Where l is no more than one and a half thicknesses, nothing finer is used.
+  const std::vector<GridPoint> small = interior_points(contours, 0, 1, {1.4 * h, h});
+  REQUIRE(small.size() > points.size());
+  for (const GridPoint& p : small) REQUIRE(nearest(p, small) > 1.39 * h);
+}
