@@ -57,7 +57,7 @@ std::string faults(const TetGraph& graph) {
     if (!(graph.volume(graph[t].v) > 0)) return "tet " + std::to_string(t) + " is not positive";
   }
   for (std::size_t v = 0; v < stars.size(); ++v) {
-    std::vector<std::int32_t> star = graph.star(std::int32_t(v));
+    std::vector<std::int32_t> star(graph.star(std::int32_t(v)).begin(), graph.star(std::int32_t(v)).end());
     std::sort(star.begin(), star.end());
     if (star != stars[v]) return "vertex " + std::to_string(v) + " has a wrong star";
   }

@@ -27,7 +27,7 @@ public:
   void take(const TetGraph& graph, std::int32_t v) {
     static constexpr std::size_t kOthers[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};  // even permutations
     const TetGraph::Vector& from = graph.xyz(v);
-    const std::vector<std::int32_t>& star = graph.star(v);
+    const ShortLists::View star = graph.star(v);
     graph_ = &graph;
     size_ = star.size();
     packets_.resize((size_ + kLanes - 1) / kLanes);

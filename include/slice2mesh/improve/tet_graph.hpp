@@ -16,6 +16,7 @@
 #include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/core/progress.hpp"
+#include "slice2mesh/improve/short_lists.hpp"
 #include "slice2mesh/triangulate/plane_stack.hpp"
 
 namespace slice2mesh::detail {
@@ -65,20 +66,17 @@ public:
     mesh.tets = std::vector<Tet>();
     mesh.tet_slab = std::vector<std::int32_t>();
     mesh.tet_region = std::vector<std::int32_t>();
-    stars_.resize(points_.size());
     std::vector<std::int32_t> degree(points_.size(), 0);
     for (const Element& e : elements_) {
       listen();
       for (const std::int32_t v : e.v) ++degree[std::size_t(v)];
     }
-    for (std::size_t v = 0; v < points_.size(); ++v) {
-      listen();
-      stars_[v].reserve(std::size_t(degree[v]) + 4);
-    }
+    listen(points_.size());
+    stars_.reset(degree);
     badness_.reserve(elements_.size());
     for (std::size_t t = 0; t < elements_.size(); ++t) {
       listen();
-      for (const std::int32_t v : elements_[t].v) stars_[std::size_t(v)].push_back(std::int32_t(t));
+      for (const std::int32_t v : elements_[t].v) stars_.add(std::size_t(v), std::int32_t(t));
       badness_.push_back(rate(elements_[t].v));
     }
     find_neighbors(listen);
@@ -93,7 +91,7 @@ public:
   [[nodiscard]] const Vector& xyz(std::int32_t v) const { return xyz_[std::size_t(v)]; }
   [[nodiscard]] std::int32_t plane(std::int32_t v) const { return plane_[std::size_t(v)]; }
   /// Tets around a vertex, in no order.
-  [[nodiscard]] const std::vector<std::int32_t>& star(std::int32_t v) const { return stars_[std::size_t(v)]; }
+  [[nodiscard]] ShortLists::View star(std::int32_t v) const { return stars_[std::size_t(v)]; }
   /// Ratings and stamps are for the caller to bring up to date (rated()).
   void set_point(std::int32_t v, const GridPoint& p) {
     points_[std::size_t(v)] = p;
@@ -145,7 +143,8 @@ public:
     const auto minor = [&](int i, int j) { return Int128(x[i]) * y[j] - Int128(x[j]) * y[i]; };
     return z[2] * minor(0, 1) + z[0] * minor(1, 2) - z[1] * minor(0, 2);
   }
-  [[nodiscard]] bool all_positive(const std::vector<std::int32_t>& tets) const {
+  template <class Tets>
+  [[nodiscard]] bool all_positive(const Tets& tets) const {
     return std::all_of(tets.begin(), tets.end(), [&](std::int32_t t) { return volume((*this)[t].v) > 0; });
   }
   /// How bad a tet is: R/3r, or what its sharpest dihedral angle (or that of its flattest edge) amounts to, if that is
@@ -218,7 +217,7 @@ public:
   /// Moves a vertex into another one: the tets that have both are gone.
   void collapse(std::int32_t v, std::int32_t u) {
     new_stamp();
-    const std::vector<std::int32_t> star = stars_[std::size_t(v)];
+    const std::vector<std::int32_t> star(stars_[std::size_t(v)].begin(), stars_[std::size_t(v)].end());
     for (const std::int32_t t : star) {
       Element& e = (*this)[t];
       if (!has(e.v, u)) continue;
@@ -231,21 +230,22 @@ public:
       }
       remove(t);
     }
-    for (const std::int32_t t : stars_[std::size_t(v)]) {
+    for (const std::int32_t t : star) {
+      if (!alive(t)) continue;
       Element& e = (*this)[t];
       e.v[index_of(e.v, v)] = u;
-      stars_[std::size_t(u)].push_back(t);
+      stars_.add(std::size_t(u), t);
       rated(t, rate(e.v));
     }
-    stars_[std::size_t(v)].clear();
+    stars_.clear(std::size_t(v));
     changed_[std::size_t(v)] = stamp_;
   }
   /// Puts the tets back, with other numbers for their vertices.
   void give_back(Mesh& mesh, const std::vector<std::int32_t>& index, Poll& listen) {
-    for (std::vector<std::int32_t>& star : stars_) {
-      listen();
-      star = std::vector<std::int32_t>();
-    }
+    stars_ = {};
+    mesh.tets.reserve(elements_.size() - unused_.size());
+    mesh.tet_slab.reserve(elements_.size() - unused_.size());
+    mesh.tet_region.reserve(elements_.size() - unused_.size());
     for (const Element& e : elements_) {
       listen();
       if (e.v[0] == kNone) continue;
@@ -255,7 +255,6 @@ public:
       mesh.tet_region.push_back(e.region);
     }
     elements_ = std::vector<Element>();
-    stars_ = std::vector<std::vector<std::int32_t>>();
   }
 
 private:
@@ -346,9 +345,7 @@ private:
   }
   void remove(std::int32_t t) {
     for (const std::int32_t v : (*this)[t].v) {
-      auto& list = stars_[std::size_t(v)];
-      *std::find(list.begin(), list.end(), t) = list.back();
-      list.pop_back();
+      stars_.remove(std::size_t(v), t);
       changed_[std::size_t(v)] = stamp_;
     }
     (*this)[t].v[0] = kNone;
@@ -372,7 +369,7 @@ private:
     e.slab = cell.slab;
     e.region = cell.region;
     for (const std::int32_t v : tet) {
-      stars_[std::size_t(v)].push_back(t);
+      stars_.add(std::size_t(v), t);
       changed_[std::size_t(v)] = stamp_;
     }
     return t;
@@ -382,7 +379,7 @@ private:
   std::vector<GridPoint> points_;
   std::vector<Vector> xyz_;  // the same with heights
   std::vector<std::int32_t> plane_;
-  std::vector<std::vector<std::int32_t>> stars_;
+  ShortLists stars_;
   std::vector<std::uint32_t> changed_;  // #V, stamps
   std::vector<Element> elements_;
   std::vector<double> badness_;  // #T; apart, as it is looked through in every round

@@ -74,6 +74,15 @@ void for_each_strip_triangle(const std::vector<GridPoint>& bottom, const std::ve
   const auto wanted = [&](std::int32_t slab) {
     return slab != kNone && (only.empty() || only[static_cast<std::size_t>(slab)]);
   };
+  if (only.empty()) {
+    std::size_t facets = 0;  // at most
+    for (const PlaneMesh& mesh : meshes) {
+      facets += mesh.triangles.size();
+      for (const auto* chains : {&mesh.below_chain, &mesh.above_chain})
+        for (const std::vector<std::int32_t>& chain : *chains) facets += chain.size() - 1;
+    }
+    plc.facets.reserve(facets);
+  }
   for (std::size_t k = 0; k < meshes.size(); ++k) {
     for (std::size_t t = 0; t < meshes[k].triangles.size(); ++t) {
       listen();

@@ -620,12 +620,20 @@ struct SlabFiller {
       mesh.vertices.push_back(plc.position(v));
     }
     std::vector<char> inner_wall;
+    std::size_t horizontal = 0;
     for (const Facet& facet : plc.facets) {
       listen_at_first();
-      if (facet.wall < 0) continue;
+      if (facet.wall < 0) {
+        ++horizontal;
+        continue;
+      }
       if (std::size_t(facet.wall) >= inner_wall.size()) inner_wall.resize(std::size_t(facet.wall) + 1, 0);
       inner_wall[std::size_t(facet.wall)] = facet.label == FacetLabel::InnerWall;
     }
+    // Columns are three tets over each triangle; what is no column has more.
+    mesh.tets.reserve(3 * horizontal);
+    mesh.tet_slab.reserve(3 * horizontal);
+    mesh.tet_region.reserve(3 * horizontal);
     detail::Sheets sheets(plc, begun);
     constexpr std::size_t kPollEvery = 4096;  // tets
     const auto poll = [&](std::size_t s) {
