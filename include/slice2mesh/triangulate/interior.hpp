@@ -84,7 +84,7 @@ struct InteriorSizes {
   const detail::SegmentIndex next_index(std::move(next), &listen);
 
   // The lattice of spacing l, and that of l/2, which has the first one in it.
-  constexpr double kFromContour = 0.75;  // of the spacing: nearer to contours there is no lattice point
+  constexpr double kFromContour = 0.7;  // of the spacing: nearer to contours there is no lattice point
   std::unordered_set<GridPoint, GridHash> chosen;
   // Chooses from the lattice of l/n what lies in low <= x < high, in y likewise, where `fits(point)`.
   const auto choose = [&](double n, double low_x, double low_y, double high_x, double high_y, auto&& fits) {
