@@ -84,21 +84,26 @@ TEST_CASE("sources are the shortest edges at contour vertices, and the widths of
   std::size_t in_band = 0, edges = 0;
   for (const double narrow : {0.1, 0.3}) {  // mm; the band is 0.2 wide
     const auto sources = detail::size_sources(outlines, narrow / pitch, listen);
-    REQUIRE(sources.size() == contours.outlines[0].vertices.size() + contours.outlines[1].vertices.size());
-    REQUIRE(std::is_sorted(sources.begin(), sources.end()));
-    for (const detail::SizeSource& source : sources) {
-      double shortest = HUGE_VAL;
-      for (const Outline* outline : outlines)
-        for (const Outline::Edge& e : outline->edges) {
-          const GridPoint &a = outline->vertices[std::size_t(e.a)], &b = outline->vertices[std::size_t(e.b)];
-          if (a == source.at || b == source.at) shortest = std::min(shortest, detail::distance(a, b));
+    // One by one: edges of its own contour, distances to all edges of the other one.
+    std::vector<detail::SizeSource> expected;
+    for (std::size_t i = 0; i < 2; ++i)
+      for (const GridPoint& p : outlines[i]->vertices) {
+        double size = HUGE_VAL, width = HUGE_VAL;
+        for (const Outline::Edge& e : outlines[i]->edges) {
+          const GridPoint &a = outlines[i]->vertices[std::size_t(e.a)], &b = outlines[i]->vertices[std::size_t(e.b)];
+          if (a == p || b == p) size = std::min(size, detail::distance(a, b));
         }
-      if (narrow == 0.3 && std::fabs(source.size * pitch - 0.2) < 1e-9) {
-        ++in_band;
-        continue;
+        for (const auto& [a, b] : detail::SegmentIndex::segments_of(*outlines[1 - i]))
+          width = std::min(width, detail::segment_distance(p, a, b));
+        const bool beside = width * pitch < narrow && width > kAttachSteps * double(kContourStep);
+        ++(beside && width < size ? in_band : edges);
+        expected.push_back({p, beside ? std::min(size, width) : size});
       }
-      REQUIRE(source.size >= shortest);
-      ++edges;
+    std::sort(expected.begin(), expected.end());
+    REQUIRE(sources.size() == expected.size());
+    for (std::size_t k = 0; k < sources.size(); ++k) {
+      REQUIRE(sources[k].at == expected[k].at);
+      REQUIRE(sources[k].size == Approx(expected[k].size));
     }
   }
   CHECK(in_band > 10);
@@ -117,18 +122,21 @@ TEST_CASE("the lattice has half the spacing along contours only, keeps away from
   REQUIRE(std::set<GridPoint>(points.begin(), points.end()).size() == points.size());
 
   const detail::SegmentIndex index(contours.outlines[0]);
+  double shortest = HUGE_VAL;
+  for (const auto& [a, b] : detail::SegmentIndex::segments_of(contours.outlines[0]))
+    shortest = std::min(shortest, detail::distance(a, b));
   std::size_t coarse = 0, fine = 0;
   for (const GridPoint& p : points) {
     const double from_contour = index.distance(p, 100 * l);
     REQUIRE(from_contour >= 0.7 * l / 2);
     const double apart = nearest(p, points);
-    // Sizes grow by half of the distance, from edges of h at most to 0.8 l.
+    // Sizes grow by half of the distance, from the shortest edge to 0.8 l; the finer lattice goes no farther than that.
     if (from_contour > 2 * l) {
       REQUIRE(apart > 0.99 * l);
       ++coarse;
     }
     if (apart < 0.51 * l) {
-      REQUIRE(from_contour < 1.6 * l);
+      REQUIRE(from_contour < 2 * (0.8 * l - shortest) + l / 2);
       ++fine;
     }
   }

@@ -109,7 +109,7 @@ struct InteriorSizes {
   constexpr double kNarrow = 0.15;     // of l: bands between two contours below this width count
   constexpr double kFineBelow = 0.8;   // of l: the size up to which the finer lattice is used
   constexpr double kSources = 0.1;     // of l: sources nearer to each other than this are one
-  constexpr double kNarrowest = 0.75;  // of the thickness: no lattice is finer
+  constexpr double kNarrowest = 0.75;  // of the thickness: least spacing of the finer lattice
   if (sizes.size / 2 < kNarrowest * thickness) return result;
   std::vector<const Outline*> outlines;
   outlines.reserve(slabs.size());
