@@ -10,6 +10,9 @@
 #include "harmonize/valid_outline.hpp"
 #include "harmonize/wobbling_stack.hpp"
 #include "plc/chain.hpp"
+#include "slice2mesh/harmonize/attach.hpp"
+#include "slice2mesh/harmonize/harmonize.hpp"
+#include "slice2mesh/harmonize/separation.hpp"
 #include "test_support.hpp"
 
 using namespace slice2mesh;
@@ -88,10 +91,83 @@ bool same(const detail::CornerFinder::Corner& c, const detail::CornerFinder::Cor
   return !(c < d) && !(d < c);
 }
 
+/// What there is between contours after harmonization; checks that all are within eps of their slices.
+SeparationFigures harmonized_separation(const SliceStack& stack, double eps_in_layers) {
+  Diagnostics diagnostics;
+  const SlabPlan plan = make_slabs(stack, {}, diagnostics);
+  HarmonizeOptions options;
+  options.eps = eps_in_layers * plan.thickness;
+  options.contour_size = 4 * plan.thickness;
+  const Contours contours = harmonize(build_regions(stack, plan, {}, diagnostics), options, diagnostics);
+  for (const double deviation : contours.deviation) CHECK(deviation <= contours.eps);
+  return measure_separation(contours).between;
+}
+
 // Of random stacks those that keep sharp corners where they are opened one by one.
 const std::vector<std::uint32_t> kSeeds{13, 38, 67, 206};
 
 }  // namespace
+
+TEST_CASE("a trial gives edges the vertices of the next slabs that lie on them, and they are alike from there on") {
+  std::size_t shared = 0;
+  for (std::uint32_t seed = 1; seed <= 20; ++seed) {
+    INFO("seed " << seed);
+    const Closed closed = closed_contours(wobbling_stack(seed));
+    const std::size_t count = closed.contours.slabs.size();
+    const std::vector<char> frozen(count, 0);
+    const double pitch = closed.contours.grid.pitch;
+    const detail::ColumnLimits limits =
+        detail::corner_limits(closed.contours.tolerance / pitch, 4 * closed.contours.thickness / pitch);
+    std::vector<Outline> outlines = closed.contours.outlines;
+    std::vector<char> changed;
+    const detail::OutlineWindow all;
+    detail::CornerTrial(outlines, closed.regions.outlines, closed.contours.slabs, frozen, limits)
+        .share_vertices({all, all, {}, 1, 1}, changed, [] {});
+    REQUIRE(changed.size() == count);
+    for (std::size_t s = 0; s < count; ++s) {
+      check_valid(outlines[s]);
+      const Outline& before = closed.contours.outlines[s];
+      CHECK((changed[s] != 0) == !(outlines[s] == before));
+      const auto has = [](const Outline& outline, const GridPoint& p) {
+        return std::find(outline.vertices.begin(), outline.vertices.end(), p) != outline.vertices.end();
+      };
+      for (const GridPoint& p : before.vertices) CHECK(has(outlines[s], p));
+      for (const GridPoint& p : outlines[s].vertices) {
+        if (has(before, p)) continue;
+        ++shared;
+        // One of the slabs beside has it, and it lies on an edge of this one.
+        CHECK(((s > 0 && has(outlines[s - 1], p)) || (s + 1 < count && has(outlines[s + 1], p))));
+        double least = HUGE_VAL;
+        for (const Outline::Edge& e : before.edges)
+          least = std::min(
+              least, detail::segment_distance(p, before.vertices[std::size_t(e.a)], before.vertices[std::size_t(e.b)]));
+        CHECK(least <= kAttachSteps * double(kContourStep));
+      }
+    }
+  }
+  CHECK(shared > 20);
+}
+
+TEST_CASE("no corner between contours of random slices is left sharp, nor anything near") {
+  // At some of the last ones corners were left without the sharing of vertices, crossings beside vertices, or rounds.
+  struct Stacks {
+    double eps;
+    std::vector<std::uint32_t> seeds;
+  };
+  for (const Stacks& stacks : {Stacks{0.2, {1, 2, 3, 4, 5, 6, 49, 128, 259, 1525}}, Stacks{0.1, {1, 2, 154, 224, 315}}})
+    for (const std::uint32_t seed : stacks.seeds) {
+      INFO("seed " << seed << ", eps " << stacks.eps << "h");
+      CHECK(harmonized_separation(wobbling_stack(seed), stacks.eps).below_aim() == 0);
+    }
+}
+
+TEST_CASE("corners between contours of many random slices are opened", "[slow]") {
+  std::size_t left = 0;
+  for (const double eps : {0.2, 0.1})
+    for (std::uint32_t seed = 1; seed <= 400; ++seed)
+      if (harmonized_separation(wobbling_stack(seed), eps).sharp > 0) ++left;
+  CHECK(left <= 1);  // of 800 stacks; 4 and 9 before vertices were shared and edges crossed beside vertices
+}
 
 TEST_CASE("what is cut out of an outline and put back makes the same outline") {
   std::mt19937 random(7);
@@ -183,7 +259,7 @@ TEST_CASE("a search knows the slabs of its corners far up in a stack") {
 }
 
 TEST_CASE("a search leaves slabs alone that may not change") {
-  const Closed closed = closed_contours(wobbling_stack(13));
+  const Closed closed = closed_contours(wobbling_stack(49));
   std::vector<char> frozen(closed.contours.slabs.size(), 0);
   for (std::size_t s = 0; s < frozen.size(); s += 2) frozen[s] = 1;
   const Searched after = search(closed, frozen);

@@ -337,6 +337,21 @@ TEST_CASE("contours part on both sides where none can go away alone") {
   }
 }
 
+TEST_CASE("edges that cross beside a vertex of the next slab cross where there is room, or in that vertex") {
+  // The lower two cross at 2.9 degrees; the third one comes near from above, with its vertex or with a part of its own.
+  const std::vector<std::array<double, 2>> sloping{{0, 0}, {4, 0}, {4, 4.1}, {0, 3.9}},
+      level{{0, 0}, {4, 0}, {4, 4}, {0, 4}};
+  for (const double height : {0.046, 0.0})
+    for (const double aside : {-0.03, 0.03, 0.06})
+      for (const bool swapped : {false, true}) {
+        INFO("vertex at " << aside << ", " << height << ", swapped " << swapped);
+        const std::vector<std::array<double, 2>> above{{0, 0}, {4, 0}, {4, 6}, {2 + aside, 4 + height}, {0, 6}};
+        const Contours contours = contours_of({{swapped ? level : sloping}, {swapped ? sloping : level}, {above}}, 0.1);
+        REQUIRE(measure_separation(contours).between.sharp == 2);
+        check_opened(open_corners(contours, std::vector<char>(3, 0), 100).contours, contours.outlines);
+      }
+}
+
 TEST_CASE("corners are opened beyond the box that the contours were in") {
   // The upper one goes further down where the lower one may not change.
   const std::vector<std::array<double, 2>> lower{{0, 0}, {1, 0}, {2, 0}, {2.08, 0}, {3, 0}, {4, 0},

@@ -79,14 +79,10 @@ protected:
       rays_.push_back({panel.a == p ? panel.b : panel.a, panel.first, panel.last, kNone});
     }
   }
-  /// Adds those of the slabs next to those of the rays that pass through p: the plane leads them through it.
-  void add_through(const GridPoint& p, bool after) {
-    if (rays_.empty()) return;
-    std::int32_t first = rays_.front().first, last = rays_.front().last;
-    for (const Ray& r : rays_) {
-      first = std::min(first, r.first);
-      last = std::max(last, r.last);
-    }
+  /// The panels of some slabs, and of those next to them, that pass through p, in ascending order. `after`: without
+  /// those that move. Until it is called again.
+  [[nodiscard]] const std::vector<std::int32_t>& find_passing(const GridPoint& p, std::int32_t first, std::int32_t last,
+                                                              bool after) {
     passing_.clear();
     buckets_.for_each_on(p, p, std::int64_t(kOn) + 1, [&](std::size_t bucket) {
       std::size_t count = 1;
@@ -101,7 +97,17 @@ protected:
     });
     std::sort(passing_.begin(), passing_.end());
     passing_.erase(std::unique(passing_.begin(), passing_.end()), passing_.end());
-    for (const std::int32_t k : passing_) {
+    return passing_;
+  }
+  /// Adds those of the slabs next to those of the rays that pass through p: the plane leads them through it.
+  void add_through(const GridPoint& p, bool after) {
+    if (rays_.empty()) return;
+    std::int32_t first = rays_.front().first, last = rays_.front().last;
+    for (const Ray& r : rays_) {
+      first = std::min(first, r.first);
+      last = std::max(last, r.last);
+    }
+    for (const std::int32_t k : find_passing(p, first, last, after)) {
       const Panel& panel = panels_[std::size_t(k)];
       rays_.push_back({panel.a, panel.first, panel.last, k});
       rays_.push_back({panel.b, panel.first, panel.last, k});
@@ -329,7 +335,7 @@ protected:
 
 private:
   std::vector<Ray> rays_;                              // around the place in question
-  std::vector<std::int32_t> passing_;                  // panels, see add_through
+  std::vector<std::int32_t> passing_;                  // see find_passing
   std::vector<std::int32_t> planes_;                   // where the rays may differ, by the slab below
   std::vector<std::pair<double, std::size_t>> order_;  // rays by direction
   /// One or more rays of a plane; sides: 1 of the contour below, 2 of the one above.

@@ -34,38 +34,58 @@ public:
                const std::vector<char>& frozen, const ColumnLimits& limits)
       : outlines_(outlines), slices_(slices), slabs_(slabs), frozen_(frozen), limits_(limits) {}
 
-  /// To be called once; as CornerOpener::run. Cost: that, and kWork times as many edges looked at as there are, in
-  /// windows.
+  /// To be called once; as CornerOpener::run. Cost: that, some times where corners are left, and kWork times as many
+  /// edges looked at as there are, in windows.
   std::vector<Corner> run(std::vector<char>& changed, const std::function<void()>& poll) {
-    std::vector<Corner> left = CornerOpener(outlines_, slices_, slabs_, frozen_, limits_, poll).run(changed, poll);
+    std::vector<Corner> left = open_one_by_one(changed, poll);
     for (const Outline& outline : outlines_) work_left_ += kWork * outline.edges.size();
-    for (std::size_t pass = 0; pass < kPasses.size() && !left.empty(); ++pass) {
-      std::vector<Corner> still;
-      for (const Corner& corner : left) {
-        poll();
-        const std::vector<Corner> there = search_around(corner, pass, changed, poll);
-        still.insert(still.end(), there.begin(), there.end());
+    for (int round = 0, idle = 0; !left.empty() && work_left_ > 0; ++round) {
+      const std::size_t before = left.size();
+      for (std::size_t pass = 0; pass < kPasses.size() && !left.empty(); ++pass) {
+        std::vector<Corner> still;
+        for (const Corner& corner : left) {
+          poll();
+          const std::vector<Corner> there = search_around(corner, pass, round, changed, poll);
+          still.insert(still.end(), there.begin(), there.end());
+        }
+        std::sort(still.begin(), still.end());
+        const auto same = [](const Corner& p, const Corner& q) { return !(p < q) && !(q < p); };
+        still.erase(std::unique(still.begin(), still.end(), same), still.end());
+        left = std::move(still);
       }
-      std::sort(still.begin(), still.end());
-      const auto same = [](const Corner& p, const Corner& q) { return !(p < q) && !(q < p); };
-      still.erase(std::unique(still.begin(), still.end(), same), still.end());
-      left = std::move(still);
+      idle = left.size() < before ? 0 : idle + 1;
+      if (left.empty() || round == kRounds || idle == kIdleRounds) break;
+      // What was found has changed what is in the way, and what contours have in common.
+      std::vector<char> changed_now;
+      left = open_one_by_one(changed_now, poll);
+      for (std::size_t s = 0; s < changed.size(); ++s)
+        if (changed_now[s]) changed[s] = 1;
     }
     return left;
   }
 
 private:
+  std::vector<Corner> open_one_by_one(std::vector<char>& changed, const std::function<void()>& poll) {
+    return CornerOpener(outlines_, slices_, slabs_, frozen_, limits_, poll).run(changed, poll);
+  }
   /// Trials for each corner that is left, in a part of the stack around it. Columns that go on above or below it stay,
   /// so that most trials are about what is near.
   struct Pass {
     std::size_t slabs;  // below a corner and above it
     double around;      // of `apart`: how far from a corner columns move
     double clearance;   // of that in the limits: what is crowded makes bad elements; less only at last
+    double apart;       // the same of vertices
+    std::size_t trials;
   };
-  static constexpr std::array<Pass, 8> kPasses{
-      {{8, 2, 1.3}, {8, 3, 1.3}, {16, 2, 1.3}, {16, 3, 1.3}, {128, 2, 1.3}, {128, 3, 1.3}, {128, 2, 1}, {128, 3, 1}}};
-  static constexpr double kMargin = 3;  // of `apart` and `most`: what is as near to that is seen
-  static constexpr std::size_t kTrials = 120;
+  static constexpr std::array<Pass, 6> kPasses{{{8, 2, 1.3, 1, 60},
+                                                {8, 3, 1.3, 1, 60},
+                                                {16, 2, 1.3, 1, 60},
+                                                {128, 2, 1, 1, 120},
+                                                {128, 3, 1, 1, 120},
+                                                {128, 3, 0.95, 0.7, 360}}};
+  static constexpr int kRounds = 8;         // after the first one
+  static constexpr int kIdleRounds = 2;     // in a row that leave as many, and no more follow
+  static constexpr double kMargin = 3;      // of `apart` and `most`: what is as near to that is seen
   static constexpr std::size_t kWork = 20;  // trials, by the edges in their windows: so many times all edges, ...
   static constexpr std::size_t kLeastWork = 50000;  // ... and so many where there are few
   static constexpr std::size_t kCut = 16;           // edges that are cut out or left for the work of one in a trial
@@ -84,8 +104,8 @@ private:
     return enough;
   }
   /// Returns the sharp corners that are left there.
-  [[nodiscard]] std::vector<Corner> search_around(const Corner& corner, std::size_t pass, std::vector<char>& changed,
-                                                  const std::function<void()>& poll) {
+  [[nodiscard]] std::vector<Corner> search_around(const Corner& corner, std::size_t pass, int round,
+                                                  std::vector<char>& changed, const std::function<void()>& poll) {
     // As far as slabs lie on each other.
     std::size_t first = corner.slab, last = corner.slab + 1;
     while (lies_on_last(slabs_, first) && corner.slab - first < kPasses[pass].slabs) --first;
@@ -122,18 +142,22 @@ private:
     if (best.count_in(room) == 0) return left();  // it is gone already
     edges = 0;
     for (const Outline& outline : scene.outlines) edges += outline.edges.size();
-    CornerTrial::Random random(static_cast<CornerTrial::Random::result_type>(pass + 1));
-    std::vector<char> changed_now, changed_here(scene.outlines.size(), 0);
-    const CornerTrial::Place place{window, room, corner.v, kPasses[pass].clearance};
-    for (std::size_t trial = 0; trial < kTrials && best.count_in(room) > 0 && spend(edges); ++trial) {
+    CornerTrial::Random random(CornerTrial::Random::result_type(std::size_t(round) * kPasses.size() + pass + 1));
+    std::vector<char> changed_now, shared, changed_here(scene.outlines.size(), 0);
+    const CornerTrial::Place place{window, room, corner.v, kPasses[pass].clearance, kPasses[pass].apart};
+    for (std::size_t trial = 0; trial < kPasses[pass].trials && best.count_in(room) > 0 && spend(edges); ++trial) {
       std::vector<Outline> outlines = scene.outlines;
+      shared.assign(outlines.size(), 0);
+      if (trial % 2 == 1)
+        CornerTrial(outlines, scene.slices, scene.slabs, scene.frozen, limits_, poll)
+            .share_vertices(place, shared, poll);
       CornerTrial::Result now = CornerTrial(outlines, scene.slices, scene.slabs, scene.frozen, limits_, poll)
                                     .run(place, trial, best.sharpness, random, changed_now, poll);
       if (!CornerTrial::is_better(now.sharpness, best.sharpness)) continue;
       best = std::move(now);
       scene.outlines = std::move(outlines);
       for (std::size_t i = 0; i < changed_here.size(); ++i)
-        if (changed_now[i]) changed_here[i] = 1;
+        if (changed_now[i] || shared[i]) changed_here[i] = 1;
     }
     for (std::size_t i = 0; i < changed_here.size(); ++i) {
       if (!changed_here[i]) continue;

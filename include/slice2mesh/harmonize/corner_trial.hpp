@@ -49,15 +49,15 @@ public:
     OutlineWindow window;  ///< what is there counts
     OutlineWindow room;    ///< what is there may move, and all it has to do with is in the window
     GridPoint center;      ///< what moves at random is near to that
-    double clearance = 1;  ///< of that in the limits: what vertices keep from edges
+    double clearance = 1;  ///< of that in the limits: what vertices keep from edges, ...
+    double apart = 1;      ///< ... and from each other
   };
   /// One trial. The first ones (`trial` from 0) take losses of some sizes, all others move something at random. Else as
   /// CornerOpener::run; to be called once.
   Result run(const Place& place, std::size_t trial, const Sharpness& before, Random& random, std::vector<char>& changed,
              const std::function<void()>& poll) {
     Result result;
-    room_ = place.room;
-    limits_.clearance *= place.clearance;
+    set(place);
     work_on_corners(changed, poll, [&] {
       use_all_room();
       if (trial < kLosses.size()) {
@@ -75,6 +75,27 @@ public:
     });
     return result;
   }
+  /// Gives the edges in the room the vertices of the slabs next to theirs that lie on them: what two slabs have in
+  /// common is found, and moves together, in the next trial. To be called once, instead of `run`.
+  void share_vertices(const Place& place, std::vector<char>& changed, const std::function<void()>& poll) {
+    set(place);
+    work_on_corners(changed, poll, [&] {
+      use_all_room();
+      std::vector<GridPoint> points;
+      for (const auto& [p, there] : places_) {  // in any order
+        looked();
+        if (!there.standing.empty() && room_.has(p)) points.push_back(p);
+      }
+      std::sort(points.begin(), points.end());
+      std::vector<Lead> leads;
+      for (const GridPoint& p : points) {
+        const std::vector<Standing>& standing = place_of(p).standing;  // in ascending order
+        const std::vector<std::int32_t> passing =
+            find_passing(p, std::int32_t(standing.front().slab), std::int32_t(standing.back().slab), false);
+        for (const std::int32_t k : passing) lead(k, p, std::size_t(panels_[std::size_t(k)].first), leads, true);
+      }
+    });
+  }
   /// Less sharp in all, and contours do not get zigzags for it, nor in the way of those two slabs off.
   [[nodiscard]] static bool is_better(const Sharpness& now, const Sharpness& before) {
     return now.all <= before.all - kLeastTrialGain && now.own <= before.own && now.skew <= before.skew;
@@ -90,6 +111,11 @@ private:
   static constexpr double kShortestPart = 1, kLongestPart = 2;  // ... and parts of them
   static constexpr double kPartLoss = 3;                        // what a part may lose where it goes
 
+  void set(const Place& place) {
+    room_ = place.room;
+    limits_.clearance *= place.clearance;
+    limits_.apart *= place.apart;
+  }
   /// From 0 to below 1.
   [[nodiscard]] static double share(Random& random) { return double(random() % 1024) / 1024; }
   /// A place that is so far from another one, in any direction.

@@ -82,6 +82,7 @@ protected:
   static constexpr std::array<double, 9> kShares{0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875, 0, 1};
   static constexpr std::array<double, 4> kPushes{0.17, 0.33, 0.58, 0.83};  // of `apart`: what ends are pushed by
   static constexpr std::array<double, 3> kPushAlongs{0, -1, 1};            // of that: along the other edge
+  static constexpr std::array<double, 3> kCrossings{0.5, 1.2, 2};          // of `apart`: how far off panels may cross
   static constexpr double kWidestTip = 1.7;                                // of `apart`: that is closed
 
   /// What is tried where a column goes in two: what they are apart, in `apart`, and in shares of that, how much farther
@@ -301,7 +302,29 @@ protected:
     take_back_all(leads);
     if (c.through_a != kNone && c.through_b == kNone) return stand_together(c, c.through_a, c.slab, c.slab + 1);
     if (c.through_b != kNone && c.through_a == kNone) return stand_together(c, c.through_b, c.slab + 1, c.slab);
-    return false;
+    return c.through_a != kNone && c.through_b != kNone && cross_together(c);
+  }
+  /// The vertex nearest to p, nearer than `apart`, that stands in some slabs or in those next to them; p if there is
+  /// none. `k`: only those that this panel passes through, if any.
+  [[nodiscard]] GridPoint nearest_vertex(const GridPoint& p, std::int32_t first, std::int32_t last, std::int32_t k) {
+    GridPoint nearest = p;
+    double least = limits_.apart;
+    buckets_.for_each_on(p, p, std::int64_t(least) + 1, [&](std::size_t bucket) {
+      std::size_t count = 1;
+      for (std::int32_t i = bucket_[bucket].first; i != kNone; i = entries_[std::size_t(i)].next) {
+        ++count;
+        const Entry& entry = entries_[std::size_t(i)];
+        if (entry.last < first - 1 || entry.first > last + 1 || !is_alive(entry.panel)) continue;
+        for (const GridPoint& u : {panels_[std::size_t(entry.panel)].a, panels_[std::size_t(entry.panel)].b}) {
+          const double d = distance(u, p);
+          if (u == p || d > least || (d == least && !(u < nearest)) || (k != kNone && !passes(k, u))) continue;
+          nearest = u;
+          least = d;
+        }
+      }
+      looked(count);
+    });
+    return nearest;
   }
   /// A vertex at the corner of `slab` that a panel of `other` passes through: moves it to where a vertex of a slab on
   /// the panel's other side stands on the panel as well, too near to it for a vertex of the panel at the corner. Then
@@ -309,23 +332,7 @@ protected:
   bool stand_together(const Corner& c, std::int32_t k, std::size_t other, std::size_t slab) {
     if (!passes(k, c.v)) return false;
     const Panel panel = panels_[std::size_t(k)];
-    GridPoint nearest = c.v;
-    double least = limits_.apart;
-    buckets_.for_each_on(c.v, c.v, std::int64_t(least) + 1, [&](std::size_t bucket) {
-      std::size_t count = 1;
-      for (std::int32_t i = bucket_[bucket].first; i != kNone; i = entries_[std::size_t(i)].next) {
-        ++count;
-        const Entry& entry = entries_[std::size_t(i)];
-        if (entry.last < panel.first - 1 || entry.first > panel.last + 1 || !is_alive(entry.panel)) continue;
-        for (const GridPoint& u : {panels_[std::size_t(entry.panel)].a, panels_[std::size_t(entry.panel)].b}) {
-          const double d = distance(u, c.v);
-          if (u == c.v || d > least || (d == least && !(u < nearest)) || !passes(k, u)) continue;
-          nearest = u;
-          least = d;
-        }
-      }
-      looked(count);
-    });
+    const GridPoint nearest = nearest_vertex(c.v, panel.first, panel.last, k);
     const Candidate column{0, slab, c.v, c.v};
     if (nearest == c.v || !find_simple(column) || is_crowded(nearest, panel.first, panel.last, column, k)) return false;
     std::vector<Lead> leads;
@@ -334,6 +341,70 @@ protected:
     gain_ = gain;
     if (!moved) take_back_all(leads);
     return moved;
+  }
+  /// Two panels that pass through the corner, too near to a vertex for one of their own: leads both through that, if it
+  /// stands on one of them, or through a point of one of them that is farther away from it.
+  bool cross_together(const Corner& c) {
+    const std::array<std::int32_t, 2> panels{c.through_a, c.through_b};
+    if (!passes(panels[0], c.v) || !passes(panels[1], c.v)) return false;
+    const Panel below = panels_[std::size_t(panels[0])], above = panels_[std::size_t(panels[1])];
+    const GridPoint u =
+        nearest_vertex(c.v, std::min(below.first, above.first), std::max(below.last, above.last), kNone);
+    if (u == c.v) return false;
+    Sharpness before;
+    std::vector<Lead> leads;
+    if (lead(panels[0], c.v, c.slab, leads, false) && lead(panels[1], c.v, c.slab + 1, leads, false) &&
+        find_simple({0, c.slab, c.v, c.v}))
+      before = sharpness({0, c.slab, c.v, c.v}, nullptr);
+    take_back_all(leads);
+    for (std::size_t i = 0; i < 2; ++i)
+      if (passes(panels[i], u) && cross_at(c, panels[i], panels[1 - i], u, before)) return true;
+    for (const double far : kCrossings)
+      for (std::size_t i = 0; i < 2; ++i) {
+        const Panel panel = i == 0 ? below : above;
+        for (const GridPoint& end : {panel.a, panel.b}) {
+          const double length = distance(c.v, end);
+          if (length < (far + 1) * limits_.apart) continue;
+          if (cross_at(c, panels[i], panels[1 - i], contour_point_between(c.v, end, far * limits_.apart / length),
+                       before))
+            return true;
+        }
+      }
+    return false;
+  }
+  /// Leads a panel through p, and the other one to there. `before`: how sharp they cross where they do.
+  bool cross_at(const Corner& c, std::int32_t panel, std::int32_t other, const GridPoint& p, const Sharpness& before) {
+    const auto slab_of = [&](std::int32_t k) { return k == c.through_a ? c.slab : c.slab + 1; };
+    const auto [a, b, first, last] = panels_[std::size_t(other)];
+    const double length = distance(a, b), t = double(dot(a, b, p)) / (length * length);
+    // Not too near to a vertex; the edges are near to each other there.
+    const Panel& led = panels_[std::size_t(panel)];
+    if (!(t > 0 && t < 1) || nearest_vertex(p, led.first, led.last, kNone) != p) return false;
+    std::vector<Lead> leads;
+    bool crosses = lead(panel, p, slab_of(panel), leads, false);
+    if (crosses && passes(other, p)) {
+      crosses = lead(other, p, slab_of(other), leads, true);
+    } else if (crosses) {
+      const GridPoint foot = contour_point_between(a, b, t);
+      crosses = lead(other, foot, slab_of(other), leads, false) && go_over(slab_of(other), foot, p, before);
+    }
+    if (!crosses) take_back_all(leads);
+    return crosses;
+  }
+  /// Moves a column that was put in to p, where corners may be `most` sharp.
+  bool go_over(std::size_t slab, const GridPoint& v, const GridPoint& p, const Sharpness& most) {
+    const Candidate column{0, slab, v, v};
+    const Target target{p};
+    if (!is_near_slice(slab, p) || !find_simple(column) ||
+        is_crowded(p, lowest_, lowest_ + std::int32_t(steps_.size()) - 1, column, kNone))
+      return false;
+    reach_near_ = distance(v, p);
+    const Sharpness before = sharpness(column, nullptr), after = sharpness(column, &target);
+    if (after.all > before.all + most.all || after.own > before.own + most.own) return false;
+    find_all_near();
+    if (!possible(column, p)) return false;
+    settle(column, p);
+    return true;
   }
   /// Is the rest of a column that is parted out of the way of what moves, and not too near to it?
   [[nodiscard]] bool parts_cleanly(const GridPoint& v, const GridPoint& target) const {
