@@ -149,7 +149,8 @@ TEST_CASE("a trial gives edges the vertices of the next slabs that lie on them, 
 }
 
 TEST_CASE("no corner between contours of random slices is left sharp, nor anything near") {
-  // At some of the last ones corners were left without the sharing of vertices, crossings beside vertices, or rounds.
+  // At some of the last ones corners were left without the sharing of vertices, crossings beside vertices, or the last
+  // pass.
   struct Stacks {
     double eps;
     std::vector<std::uint32_t> seeds;
