@@ -143,21 +143,27 @@ private:
     edges = 0;
     for (const Outline& outline : scene.outlines) edges += outline.edges.size();
     CornerTrial::Random random(CornerTrial::Random::result_type(std::size_t(round) * kPasses.size() + pass + 1));
-    std::vector<char> changed_now, shared, changed_here(scene.outlines.size(), 0);
+    std::vector<char> changed_now, changed_here(scene.outlines.size(), 0);
+    // The scene with the vertices that slabs have in common, for every second trial.
+    std::vector<Outline> sharing;
+    std::vector<char> shared;
     const CornerTrial::Place place{window, room, corner.v, kPasses[pass].clearance, kPasses[pass].apart};
     for (std::size_t trial = 0; trial < kPasses[pass].trials && best.count_in(room) > 0 && spend(edges); ++trial) {
-      std::vector<Outline> outlines = scene.outlines;
-      shared.assign(outlines.size(), 0);
-      if (trial % 2 == 1)
-        CornerTrial(outlines, scene.slices, scene.slabs, scene.frozen, limits_, poll)
+      const bool shares = trial % 2 == 1;
+      if (shares && sharing.empty()) {
+        sharing = scene.outlines;
+        CornerTrial(sharing, scene.slices, scene.slabs, scene.frozen, limits_, poll)
             .share_vertices(place, shared, poll);
+      }
+      std::vector<Outline> outlines = shares ? sharing : scene.outlines;
       CornerTrial::Result now = CornerTrial(outlines, scene.slices, scene.slabs, scene.frozen, limits_, poll)
                                     .run(place, trial, best.sharpness, random, changed_now, poll);
       if (!CornerTrial::is_better(now.sharpness, best.sharpness)) continue;
       best = std::move(now);
       scene.outlines = std::move(outlines);
+      sharing.clear();
       for (std::size_t i = 0; i < changed_here.size(); ++i)
-        if (changed_now[i] || shared[i]) changed_here[i] = 1;
+        if (changed_now[i] || (shares && shared[i])) changed_here[i] = 1;
     }
     for (std::size_t i = 0; i < changed_here.size(); ++i) {
       if (!changed_here[i]) continue;
