@@ -9,12 +9,15 @@
 #include <numeric>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "../plc/chain.hpp"
+#include "slice2mesh/improve/cavities.hpp"
 #include "slice2mesh/improve/flips.hpp"
 #include "slice2mesh/improve/star_cost.hpp"
 #include "slice2mesh/improve/tet_graph.hpp"
+#include "slice2mesh/improve/wall_vertices.hpp"
 #include "slice2mesh/quality/tet_figures.hpp"
 #include "slice2mesh/tet/slab_filler.hpp"
 #include "test_support.hpp"
@@ -93,6 +96,42 @@ double cost(const TetGraph& graph) {
   return sum;
 }
 
+/// Twice the area of the triangles that tets above and below have in common, by planes.
+std::map<std::int32_t, Int128> shared_areas(const TetGraph& graph) {
+  std::map<std::int32_t, Int128> sums;
+  for (std::int32_t t = 0; t < std::int32_t(graph.size()); ++t) {
+    if (!graph.alive(t)) continue;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const std::int32_t other = graph[t].across[i];
+      if (other < t || graph[other].slab == graph[t].slab) continue;
+      const TetGraph::Tet& v = graph[t].v;
+      const Int128 area =
+          detail::cross(graph.point(v[(i + 1) % 4]), graph.point(v[(i + 2) % 4]), graph.point(v[(i + 3) % 4]));
+      sums[graph.plane(v[(i + 1) % 4])] += area < 0 ? -area : area;
+    }
+  }
+  return sums;
+}
+
+/// Pieces of contour edges that are no edge of a tet in the slab of the contour.
+std::size_t lost_edges(const TetGraph& graph, const PlaneStack& stack) {
+  std::size_t lost = 0;
+  for (std::size_t s = 0; s < stack.slab_planes.size(); ++s)
+    for (const std::size_t top : {std::size_t(0), std::size_t(1)}) {
+      const auto plane = std::size_t(stack.slab_planes[s][top]);
+      const PlaneMesh& mesh = stack.meshes[plane];
+      for (const auto& chain : top != 0 ? mesh.below_chain : mesh.above_chain)
+        for (std::size_t i = 1; i < chain.size(); ++i) {
+          const std::int32_t a = graph.first()[plane] + chain[i - 1], b = graph.first()[plane] + chain[i];
+          const auto star = graph.star(a);
+          lost += std::size_t(std::none_of(star.begin(), star.end(), [&](std::int32_t t) {
+            return std::size_t(graph[t].slab) == s && TetGraph::has(graph[t].v, b);
+          }));
+        }
+    }
+  return lost;
+}
+
 struct Made {
   PlaneStack stack;
   Mesh mesh;
@@ -132,7 +171,8 @@ TEST_CASE(
     CHECK(faults(graph).empty());
     const auto before = volumes(graph);
     several_slabs += std::size_t(before.size() > 1);
-    detail::Flips flipper(graph, made.stack, Poll(kNobody, 1));
+    const detail::WallVertices on_walls(made.stack, graph.first(), graph.points().size(), Poll(kNobody, 1));
+    detail::Flips flipper(graph, on_walls);
     flipper.turn_walls(true);
     const std::map<std::int32_t, double> walls = wall_lengths(made.stack);
     double last = cost(graph);
@@ -298,4 +338,169 @@ TEST_CASE(
   CHECK(invalid > 500);
   CHECK(cut > 500);
   CHECK(sharp > 500);
+}
+
+TEST_CASE("tets joined anew to a vertex fill the place of the old ones, on walls and planes the same from both sides") {
+  std::size_t cavities = 0, shared = 0, sharp = 0;
+  for (const NamedStack& named : stacks())
+    for (const bool sharpen : {false, true}) {
+      INFO(named.name);
+      Made made = make(named.stack);
+      TetGraph graph(made.stack, made.mesh, made.pitch, Poll(kNobody, 1));
+      detail::WallVertices on_walls(made.stack, graph.first(), graph.points().size(), Poll(kNobody, 1));
+      detail::Cavities joiner(graph, on_walls);
+      joiner.sharpen(sharpen);
+      const auto before = volumes(graph);
+      const auto areas = shared_areas(graph);
+      shared += areas.size();
+      REQUIRE(lost_edges(graph, made.stack) == 0);
+      const std::map<std::int32_t, double> walls = wall_lengths(made.stack);
+      std::size_t done = 0;
+      for (std::int32_t t = 0; t < std::int32_t(graph.size()); ++t) {
+        if (!graph.alive(t) || !(graph.badness(t) > 1.2)) continue;
+        const double last = cost(graph);
+        if (!joiner.reconnect(t)) continue;
+        if (!sharpen && last < 1e15) CHECK(cost(graph) < last);
+        sharp += std::size_t(sharpen);
+        if (++done % 16 != 0) continue;
+        const std::string fault = faults(graph);
+        INFO(fault);
+        REQUIRE(fault.empty());
+        REQUIRE((shared_areas(graph) == areas));
+      }
+      cavities += done;
+      const std::string fault = faults(graph);
+      INFO(fault);
+      CHECK(fault.empty());
+      CHECK(lost_edges(graph, made.stack) == 0);
+      CHECK((shared_areas(graph) == areas));
+      const auto after = volumes(graph);
+      REQUIRE(after.size() == before.size());
+      for (const auto& [slab, volume] : before) CHECK(std::fabs(double(after.at(slab) - volume)) <= 2 * walls.at(slab));
+    }
+  CHECK(cavities > 500);
+  CHECK(sharp > 100);
+  CHECK(shared > 20);
+}
+
+TEST_CASE("a vertex is put on an edge of a plane, and on the walls that the edge is on") {
+  std::size_t inside = 0, on_contours = 0;
+  for (const NamedStack& named : stacks()) {
+    INFO(named.name);
+    Made made = make(named.stack);
+    TetGraph graph(made.stack, made.mesh, made.pitch, Poll(kNobody, 1));
+    detail::WallVertices on_walls(made.stack, graph.first(), graph.points().size(), Poll(kNobody, 1));
+    detail::Cavities joiner(graph, on_walls);
+    joiner.sharpen(true);
+    const auto before = volumes(graph);
+    const auto areas = shared_areas(graph);
+    const std::map<std::int32_t, double> walls = wall_lengths(made.stack);
+    double length = 0;
+    for (const auto& [slab, sum] : walls) length += sum;
+    std::size_t done = 0;
+    for (std::int32_t t = 0; t < std::int32_t(graph.size()) && done < 20; t += 7) {
+      if (!graph.alive(t)) continue;
+      const std::int32_t v = graph.add_vertex();
+      on_walls.add_vertex();
+      const std::vector<detail::Cavities::Filling>& offers = joiner.insertions(t, v);
+      for (std::size_t i = 1; i < offers.size(); ++i) CHECK(offers[i - 1].gain >= offers[i].gain);
+      if (offers.empty()) continue;
+      const detail::Cavities::Filling& offer = offers[done % offers.size()];
+      CHECK(std::find(offer.old.begin(), offer.old.end(), t) != offer.old.end());
+      graph.set_point(v, offer.point);
+      graph.put_on_plane_of(v, offer.a);
+      on_walls.put_last(offer.walls);
+      graph.replace(offer.old, offer.tets, offer.cells, offer.badnesses);
+      ++done;
+      CHECK_FALSE(graph.star(v).empty());
+      bool on_contour = false;
+      for (const std::size_t side : {std::size_t(0), std::size_t(1)}) {
+        if (offer.walls[side] == kNone) continue;
+        on_contour = true;
+        PlaneMesh& mesh = made.stack.meshes[std::size_t(graph.plane(v))];
+        auto& chain = (side == 0 ? mesh.below_chain : mesh.above_chain)[std::size_t(offer.walls[side])];
+        const std::int32_t first = graph.first()[std::size_t(graph.plane(v))];
+        std::size_t at = 1;
+        const auto is_edge = [&](std::size_t k) {
+          return std::minmax(chain[k - 1], chain[k]) == std::minmax(offer.a - first, offer.b - first);
+        };
+        while (at < chain.size() && !is_edge(at)) ++at;
+        REQUIRE(at < chain.size());
+        chain.insert(chain.begin() + std::ptrdiff_t(at), v - first);
+      }
+      ++(on_contour ? on_contours : inside);
+      const std::string fault = faults(graph);
+      INFO(fault);
+      REQUIRE(fault.empty());
+    }
+    CHECK(lost_edges(graph, made.stack) == 0);
+    const auto after = volumes(graph);
+    REQUIRE(after.size() == before.size());
+    // A vertex on a contour is rounded: by less than a pitch, and what is beside the edge gains or loses that.
+    for (const auto& [slab, volume] : before) CHECK(std::fabs(double(after.at(slab) - volume)) <= 4 * walls.at(slab));
+    for (const auto& [plane, area] : areas) CHECK(std::fabs(double(shared_areas(graph)[plane] - area)) <= 4 * length);
+  }
+  CHECK(inside > 50);
+  CHECK(on_contours > 20);
+}
+
+TEST_CASE("a trial that is taken back leaves tets, neighbors, stars, ratings and stamps as they were") {
+  std::size_t trials = 0, changes = 0;
+  for (const NamedStack& named : stacks()) {
+    INFO(named.name);
+    Made made = make(named.stack);
+    TetGraph graph(made.stack, made.mesh, made.pitch, Poll(kNobody, 1));
+    detail::WallVertices on_walls(made.stack, graph.first(), graph.points().size(), Poll(kNobody, 1));
+    detail::Flips flipper(graph, on_walls);
+    flipper.turn_walls(true);
+    detail::Cavities joiner(graph, on_walls);
+    const std::vector<double> ratings = [&] {
+      std::vector<double> result;
+      for (std::int32_t t = 0; t < std::int32_t(graph.size()); ++t) result.push_back(graph.badness(t));
+      return result;
+    }();
+    std::vector<TetGraph::Element> elements;
+    for (std::int32_t t = 0; t < std::int32_t(graph.size()); ++t) elements.push_back(graph[t]);
+    std::vector<std::uint32_t> stamps;
+    for (std::int32_t v = 0; v < std::int32_t(graph.points().size()); ++v) stamps.push_back(graph.changed(v));
+    for (int trial = 0; trial < 3; ++trial) {
+      const double all = cost(graph);
+      graph.begin_trial();
+      std::size_t done = 0;
+      for (std::int32_t t = trial; t < std::int32_t(elements.size()) && done < 60; t += 3)
+        if (graph.alive(t) && (trial == 1 ? joiner.reconnect(t) : flipper.flip(t) || joiner.reconnect(t))) ++done;
+      changes += done;
+      // What the trial says of the costs is what all tets say.
+      double put = 0;
+      for (const std::int32_t t : graph.put()) put += detail::improvement_cost(graph.badness(t));
+      if (all < 1e15)
+        CHECK(cost(graph) - all == Approx(put - graph.sum_of_taken(detail::improvement_cost)).margin(1e-6 * all));
+      graph.end_trial(false);
+      ++trials;
+      const std::string fault = faults(graph);
+      INFO(fault);
+      REQUIRE(fault.empty());
+      for (std::int32_t t = 0; t < std::int32_t(graph.size()); ++t) {
+        if (std::size_t(t) >= elements.size()) {
+          REQUIRE_FALSE(graph.alive(t));
+          continue;
+        }
+        const TetGraph::Element &now = graph[t], &then = elements[std::size_t(t)];
+        REQUIRE((now.v == then.v && now.across == then.across && now.slab == then.slab && now.region == then.region));
+        REQUIRE(graph.badness(t) == ratings[std::size_t(t)]);
+      }
+      for (std::int32_t v = 0; v < std::int32_t(stamps.size()); ++v)
+        REQUIRE(graph.changed(v) == stamps[std::size_t(v)]);
+    }
+    // And one that is kept stays.
+    graph.begin_trial();
+    bool any = false;
+    for (std::int32_t t = 0; t < std::int32_t(elements.size()) && !any; ++t) any = joiner.reconnect(t);
+    const std::vector<std::int32_t> put = graph.put();
+    graph.end_trial(true);
+    for (const std::int32_t t : put) CHECK(graph.alive(t));
+    CHECK(faults(graph).empty());
+  }
+  CHECK(trials > 50);
+  CHECK(changes > 500);
 }

@@ -190,6 +190,19 @@ public:
     for (const auto& [slab, gain] : gains_) slab_[std::size_t(slab)].excess += gain;
   }
 
+  /// There is one vertex more, the last one, which splits no edge yet.
+  void add_vertex() {
+    column_of_.push_back(kNone);
+    old_.emplace_back();
+    stamp_of_.push_back(0);
+  }
+  /// The last vertex splits an edge between these two, which are those of columns next to it.
+  void add_split(std::int32_t from, std::int32_t to) {
+    const auto v = std::int32_t(points_.size()) - 1;
+    columns_[std::size_t(of(from))].splits.push_back({v, from, to});
+    columns_[std::size_t(of(to))].splits.push_back({v, to, from});
+  }
+
   /// #S, contours with the columns where they are now.
   [[nodiscard]] const std::vector<Outline>& outlines() const { return outlines_; }
   /// #S: 1 where a contour vertex was moved.

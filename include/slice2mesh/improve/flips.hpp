@@ -34,6 +34,7 @@ inline constexpr double kLeastGain = 3e-3;
 class TriedEdges {
 public:
   explicit TriedEdges(std::size_t vertices) : entries_(vertices * kPlaces) {}
+  void add_vertex() { entries_.resize(entries_.size() + kPlaces); }
   [[nodiscard]] std::uint32_t stamp(std::int32_t a, std::int32_t b) const {
     const Entry& entry = entries_[place(a, b)];
     return entry.other == b ? entry.stamp : 0;
@@ -59,9 +60,11 @@ public:
   using Tet = TetGraph::Tet;
   using Cell = TetGraph::Cell;
 
-  Flips(TetGraph& graph, const PlaneStack& stack, const Poll& listen)
-      : graph_(graph), walls_(stack, graph.first(), graph.points().size(), listen), tried_edge_(graph.points().size()) {
-  }
+  Flips(TetGraph& graph, const WallVertices& walls)
+      : graph_(graph), walls_(walls), tried_edge_(graph.points().size()) {}
+
+  /// The graph has one vertex more.
+  void add_vertex() { tried_edge_.add_vertex(); }
 
   /// Whether edges of walls are flipped too; at first they are not.
   void turn_walls(bool turn) { turn_walls_ = turn; }
@@ -353,7 +356,7 @@ private:
   static constexpr std::size_t kLargestFan = 2 * kLongestRing - 4;  // in two slabs
 
   TetGraph& graph_;
-  WallVertices walls_;
+  const WallVertices& walls_;
   TriedEdges tried_edge_;
   Flip best_;
   bool turn_walls_ = false;

@@ -18,17 +18,20 @@
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/harmonize/harmonize.hpp"
+#include "slice2mesh/improve/cavities.hpp"
 #include "slice2mesh/improve/contour_columns.hpp"
 #include "slice2mesh/improve/flips.hpp"
 #include "slice2mesh/improve/star_cost.hpp"
 #include "slice2mesh/improve/tet_graph.hpp"
+#include "slice2mesh/improve/wall_vertices.hpp"
 #include "slice2mesh/pipeline/options.hpp"
 #include "slice2mesh/triangulate/plane_stack.hpp"
 
 namespace slice2mesh::detail {
 
 /// Improves the tets of all slabs by local operations. All of them keep every tet in its slab and region and every wall
-/// vertical (its diagonals may change); that new tets are positive is decided exactly. Free vertices move in their
+/// vertical (its diagonals may change); that new tets are positive is decided exactly. Tets are flipped, and joined
+/// anew in larger cavities; at last vertices are added on edges of planes where that helps. Free vertices move in their
 /// plane, vertices that split a contour edge along that edge, contour vertices as columns, within the tolerance
 /// (contour_columns.hpp), or not at all.
 class MeshOptimizer {
@@ -40,7 +43,8 @@ public:
                 const ImproveOptions& options, const Progress& progress)
       : stack_(stack), mesh_(mesh), options_(options), progress_(progress),
         graph_(stack, mesh, contours.grid.pitch, Poll(to_listener_, kPollEvery)),
-        flips_(graph_, stack, Poll(to_listener_, kPollEvery)) {
+        walls_(stack, graph_.first(), graph_.points().size(), Poll(to_listener_, kPollEvery)), flips_(graph_, walls_),
+        cavities_(graph_, walls_) {
     const std::size_t vertices = graph_.points().size();
     for (const PlaneMesh& plane : stack.meshes)
       for (const char fixed : plane.fixed) kind_.push_back(fixed ? Kind::Fixed : Kind::Free);
@@ -93,6 +97,7 @@ public:
         if (polishing) done += flip_round(flip_floor);
         if (contours) done += column_round(column_floor);
         done += collapse_round();
+        if (polishing) done += reconnect_round(begins ? kReconnectedFirst : options_.target);
         most = std::max(most, done);
         if (begins || (columns_ && round < kFirstColumnRound)) continue;
         if (double(done) < (polishing ? kPolished : kLittle) * double(most) || done == 0) break;
@@ -127,11 +132,12 @@ private:
   /// What is worse comes first, but by classes only: within a class neighbors in memory stay together.
   [[nodiscard]] int rank(double badness) const { return badness > very_bad_ ? 0 : (badness > bad_ ? 1 : 2); }
   /// Tets above `least` that something has changed at since they were tried in vain, the worst class first.
-  template <class Try>
-  std::size_t for_bad(double least, std::uint32_t TetGraph::Element::*tried, Try&& attempt) {
+  /// `tried(t)`: the stamp of when that was.
+  template <class Tried, class Try>
+  std::size_t for_bad(double least, Tried&& tried, Try&& attempt) {
     std::vector<std::int32_t> bad[3];
     for (std::int32_t t = 0; t < std::int32_t(graph_.size()); ++t)
-      if (graph_.badness(t) > least && (graph_[t].*tried == 0 || graph_.changed(graph_[t].v) > graph_[t].*tried))
+      if (graph_.badness(t) > least && (tried(t) == 0 || graph_.changed(graph_[t].v) > tried(t)))
         bad[rank(graph_.badness(t))].push_back(t);
     std::size_t done = 0;
     for (const std::vector<std::int32_t>& tets : bad)
@@ -142,12 +148,26 @@ private:
         if (attempt(t))
           ++done;
         else
-          graph_[t].*tried = graph_.stamp();
+          tried(t) = graph_.stamp();
       }
     return done;
   }
+  /// The same with stamps apart from the tets: most tets are never tried that way. What has a number of a tet that is
+  /// gone is younger than its stamp.
+  template <class Try>
+  std::size_t for_bad(double least, std::vector<std::uint32_t>& tried, Try&& attempt) {
+    tried.resize(graph_.size(), 0);
+    return for_bad(
+        least, [&](std::int32_t t) -> std::uint32_t& { return tried[std::size_t(t)]; }, attempt);
+  }
   std::size_t flip_round(double floor) {
-    return for_bad(floor, &TetGraph::Element::tried_flip, [&](std::int32_t t) { return flips_.flip(t); });
+    return for_bad(
+        floor, [&](std::int32_t t) -> std::uint32_t& { return graph_[t].tried_flip; },
+        [&](std::int32_t t) { return flips_.flip(t); });
+  }
+
+  std::size_t reconnect_round(double floor) {
+    return for_bad(floor, tried_cavity_, [&](std::int32_t t) { return cavities_.reconnect(t); });
   }
 
   // --- moves
@@ -282,8 +302,7 @@ private:
 
   /// What a tet counts when a column moves.
   [[nodiscard]] double cost(double badness) const {
-    const double c = improvement_cost(badness);
-    return at_last_ ? c * c * c : c;
+    return at_last_ ? Cavities::sharp_cost(badness) : improvement_cost(badness);
   }
 
   /// Finds all that moves with a column, and the tets around it.
@@ -392,20 +411,112 @@ private:
                    [&](std::int32_t i) { return smooth_column(std::size_t(i), keep_of(worst[std::size_t(i)])); });
   }
 
+  // --- insertions
+
+  /// There is always one vertex without tets, the last one, for the next insertion.
+  void add_vertex() {
+    spare_ = graph_.add_vertex();
+    kind_.push_back(Kind::Free);
+    gone_.push_back(kNone);
+    tried_smooth_.push_back(0);
+    tried_pairs_.push_back(0);
+    walls_.add_vertex();
+    flips_.add_vertex();
+    if (columns_) columns_->add_vertex();
+  }
+  /// Tries to put a vertex on an edge near a tet: what is around is flipped and joined anew after that, and all of it
+  /// is taken back if it does not gain.
+  bool insert(std::int32_t t) {
+    if (spare_ == kNone) add_vertex();
+    const std::vector<Cavities::Filling>& offers = cavities_.insertions(t, spare_);
+    for (std::size_t i = 0; i < std::min(offers.size(), kInsertionTrials); ++i) {
+      const Cavities::Filling& offer = offers[i];
+      const bool on_contour = offer.walls[0] != kNone || offer.walls[1] != kNone;
+      graph_.set_point(spare_, offer.point);
+      graph_.put_on_plane_of(spare_, offer.a);
+      walls_.put_last(offer.walls);
+      kind_.back() = on_contour ? Kind::Sliding : Kind::Free;
+      if (on_contour) slide_[spare_] = {offer.a, offer.b};
+      graph_.begin_trial();
+      graph_.replace(offer.old, offer.tets, offer.cells, offer.badnesses);
+      repair();
+      double after = 0;
+      for (const std::int32_t n : graph_.put()) after += Cavities::sharp_cost(graph_.badness(n));
+      const bool gains = after < (1 - kInsertionGain) * graph_.sum_of_taken(Cavities::sharp_cost);
+      graph_.end_trial(gains);
+      if (!gains) continue;
+      if (on_contour) split_contour(offer);
+      add_vertex();
+      return true;
+    }
+    return false;
+  }
+  std::size_t insertion_round(double floor) {
+    return for_bad(floor, tried_insertion_, [&](std::int32_t t) { return insert(t); });
+  }
+  /// Improves what a trial has put there.
+  void repair() {
+    for (int pass = 0; pass < kRepairPasses; ++pass) {
+      bool done = smooth(spare_);
+      const std::vector<std::int32_t> tets = graph_.put();
+      for (const std::int32_t t : tets)
+        if (graph_.badness(t) > kRepaired && (flips_.flip(t) || cavities_.reconnect(t))) done = true;
+      if (!done) return;
+    }
+  }
+  /// The last vertex is on an edge of contours from now on.
+  void split_contour(const Cavities::Filling& at) {
+    for (const auto& [end, far] : {std::pair{at.a, at.b}, std::pair{at.b, at.a}})
+      if (kind_[std::size_t(end)] == Kind::Sliding) {
+        Neighbors& n = slide_.at(end);
+        (resolve(n.previous) == far ? n.previous : n.next) = spare_;
+      }
+    const auto plane = std::size_t(graph_.plane(spare_));
+    const std::int32_t first = graph_.first()[plane];
+    bool known = !columns_;  // to the columns
+    for (const WallVertices::Side side : {WallVertices::Below, WallVertices::Above}) {
+      if (at.walls[side] == kNone) continue;
+      PlaneMesh& mesh = stack_.meshes[plane];
+      std::vector<std::int32_t>& chain =
+          (side == WallVertices::Above ? mesh.above_chain : mesh.below_chain)[std::size_t(at.walls[side])];
+      std::size_t i = 1;
+      const auto is_edge = [&] {
+        const std::int32_t p = resolve(first + chain[i - 1]), q = resolve(first + chain[i]);
+        return (p == at.a && q == at.b) || (p == at.b && q == at.a);
+      };
+      while (!is_edge()) ++i;
+      chain.insert(chain.begin() + std::ptrdiff_t(i), spare_ - first);
+      if (std::exchange(known, true)) continue;
+      std::size_t from = i - 1, to = i + 1;
+      while (columns_->of(first + chain[from]) == kNone) --from;
+      while (columns_->of(first + chain[to]) == kNone) ++to;
+      columns_->add_split(first + chain[from], first + chain[to]);
+    }
+  }
+
   /// Everything once more at the worst elements, each of which counts nearly alone where columns move: a little work,
   /// which is there even where the rounds have used up all.
   void rescue() {
-    if (!columns_) return;
     most_work_ = double(graph_.work()) + kRescueShare * options_.most_work;
     at_last_ = true;
-    floor_ = kRescued / kVeryBad * very_bad_;
+    cavities_.sharpen(true);
+    tried_cavity_.clear();
     std::fill(tried_column_.begin(), tried_column_.end(), 0);
-    for (int round = 0; round < kRescueRounds; ++round) {
-      std::size_t done = column_round(floor_);
-      done += flip_round(floor_);
-      done += smooth_round();
-      done += collapse_round();
-      if (done == 0) return;
+    for (const double rescued : {kRescued, kSharp, kLastRescued}) {
+      floor_ = rescued / kVeryBad * very_bad_;
+      std::size_t most = 0;
+      for (int round = 0; round < kRescueRounds; ++round) {
+        std::size_t done = columns_ ? column_round(floor_) : 0;
+        done += flip_round(floor_);
+        done += reconnect_round(floor_);
+        done += smooth_round();
+        done += collapse_round();
+        // Insertions take long: they come when all else has had its turn, and only for what is worst.
+        most = std::max(most, done);
+        if (double(done) > kLittle * double(most)) continue;
+        done += insertion_round(std::max(floor_, kSharp / kVeryBad * very_bad_));
+        if (double(done) <= kDone * double(most)) break;
+      }
     }
   }
 
@@ -422,7 +533,7 @@ private:
       worst = std::max(worst, graph_.badness(t));
       sum_before += graph_.badness(t) - kGoodRatio;
     }
-    const double limit = std::max(worst, kTolerable);
+    const double limit = at_last_ ? worst : std::max(worst, kTolerable);
     for (const std::int32_t t : graph_.star(v)) {
       Tet tet = graph_[t].v;
       if (TetGraph::has(tet, u)) continue;
@@ -478,8 +589,10 @@ private:
     return false;
   }
   std::size_t collapse_round() {
-    return for_bad(std::max(floor_, options_.collapse_above), &TetGraph::Element::tried_collapse,
-                   [&](std::int32_t t) { return collapse_any(t); });
+    return for_bad(
+        std::max(floor_, options_.collapse_above),
+        [&](std::int32_t t) -> std::uint32_t& { return graph_[t].tried_collapse; },
+        [&](std::int32_t t) { return collapse_any(t); });
   }
 
   // --- result
@@ -488,6 +601,9 @@ private:
     std::vector<std::int32_t> index(kind_.size(), kNone);
     std::int32_t next = 0;
     Poll listen(to_listener_, kPollEvery);
+    std::vector<std::vector<std::int32_t>> added(stack_.meshes.size());
+    for (std::int32_t v = graph_.first().back(); v < std::int32_t(kind_.size()); ++v)
+      if (!graph_.star(v).empty()) added[std::size_t(graph_.plane(v))].push_back(v);
     for (std::size_t k = 0; k < stack_.meshes.size(); ++k) {
       report(progress_, Stage::Improve, 1);
       PlaneMesh& mesh = stack_.meshes[k];
@@ -501,6 +617,11 @@ private:
         index[global] = next++;
         vertices.push_back(graph_.points()[global]);
         fixed.push_back(mesh.fixed[v]);
+      }
+      for (const std::int32_t v : added[k]) {
+        index[std::size_t(v)] = next++;
+        vertices.push_back(graph_.point(v));
+        fixed.push_back(kind_[std::size_t(v)] == Kind::Free ? 0 : 1);
       }
       mesh.vertices = std::move(vertices);
       mesh.fixed = std::move(fixed);
@@ -552,11 +673,19 @@ private:
   static constexpr double kVeryBad = 8;                ///< R/3r
   static constexpr double kBad = 3;                    ///< R/3r; what is above is worked on first; see bad_
   static constexpr double kSmoothed = 1.4;  ///< R/3r; all above is smoothed at last: a little more than that of columns
-  static constexpr double kFlippedFirst = 1.9;     ///< R/3r above which tets are flipped when polishing begins
-  static constexpr double kRescued = 6;            ///< R/3r above which all have their turn once more at last ...
-  static constexpr double kRescueShare = 0.02;     ///< ... with this share of the work allowed, ...
-  static constexpr int kRescueRounds = 8;          ///< ... so often at most
-  static constexpr double kFullWork = 10;          ///< ratings per tet: all have their turn
+  static constexpr double kFlippedFirst = 1.9;    ///< R/3r above which tets are flipped when polishing begins
+  static constexpr double kReconnectedFirst = 4;  ///< R/3r above which cavities are tried when polishing begins
+  static constexpr double kRescued = 6;           ///< R/3r above which all have their turn once more at last ...
+  static constexpr double kSharp = 3.46;          ///< ... then what is above this, that of an angle of 10 degrees ...
+  static constexpr double kLastRescued = 2.2;     ///< ... and this, ...
+  static constexpr double kRescueShare = 0.04;    ///< ... with this share of the work allowed, ...
+  static constexpr double kDone = 0.05;           ///< of the operations of the best round: there is no more to do
+  static constexpr int kRescueRounds = 8;         ///< ... so often at most
+  static constexpr std::size_t kInsertionTrials = 3;  ///< at a tet
+  static constexpr double kInsertionGain = 0.05;      ///< share of the sharp cost that an insertion has to gain
+  static constexpr int kRepairPasses = 3;             ///< after an insertion
+  static constexpr double kRepaired = 2;              ///< R/3r above which tets are worked on there
+  static constexpr double kFullWork = 10;             ///< ratings per tet: all have their turn
   static constexpr double kColumnRatio = 0.39;     ///< R/3r of a column over its length in thicknesses, for long ones
   static constexpr double kWorseThanColumn = 1.5;  ///< times the R/3r of a column: what is worse may be helped
   static constexpr std::int32_t kFirstColumnRound = 2;  ///< from 0; flips and free vertices have their turn before
@@ -577,7 +706,9 @@ private:
   double share_ = 0;  // of the rounds
   const std::function<void()> to_listener_ = [this] { report(progress_, Stage::Improve, share_); };
   TetGraph graph_;
+  WallVertices walls_;
   Flips flips_;
+  Cavities cavities_;
   std::vector<Kind> kind_;  // #V
   std::unordered_map<std::int32_t, Neighbors> slide_;
   std::vector<std::int32_t> gone_;  // #V, the vertex it went into
@@ -585,9 +716,11 @@ private:
   double bad_ = kBad, very_bad_ = kVeryBad;  // R/3r
   double floor_ = kBad;                      // R/3r, of what is worked on
   double most_work_ = options_.most_work;    // see exhausted()
+  std::int32_t spare_ = kNone;               // a vertex without tets, see add_vertex()
   bool at_last_ = false;                     // what is worst counts alone, nearly; see rescue()
   std::int64_t next_poll_ = 0;
   std::vector<std::uint32_t> tried_smooth_, tried_pairs_, tried_column_;  // stamps
+  std::vector<std::uint32_t> tried_cavity_, tried_insertion_;             // #T, the same
   StarCost star_;                                                         // of the vertex in question
   std::vector<std::int32_t> neighbors_;
   std::vector<std::pair<double, std::pair<std::int32_t, std::int32_t>>> pairs_;

@@ -48,6 +48,8 @@ public:
     const std::int32_t* begin = numbers_.data() + lists_[i].begin;
     return {begin, begin + lists_[i].size};
   }
+  /// Adds an empty list.
+  void add_list() { lists_.push_back({numbers_.size(), 0, 0}); }
   /// Adds a number at the end of a list.
   void add(std::size_t i, std::int32_t number) {
     List& list = lists_[i];

@@ -99,6 +99,21 @@ public:
     xyz_[std::size_t(v)][1] = double(p.y);
   }
 
+  /// A new vertex without tets and, for now, without a place.
+  std::int32_t add_vertex() {
+    points_.push_back({});
+    xyz_.push_back({});
+    plane_.push_back(kNone);
+    stars_.add_list();
+    changed_.push_back(stamp_);
+    return std::int32_t(points_.size()) - 1;
+  }
+  /// Puts a vertex without tets on the plane of another one.
+  void put_on_plane_of(std::int32_t v, std::int32_t other) {
+    plane_[std::size_t(v)] = plane(other);
+    xyz_[std::size_t(v)][2] = xyz(other)[2];
+  }
+
   // --- tets
   [[nodiscard]] std::size_t size() const { return elements_.size(); }
   [[nodiscard]] const Element& operator[](std::int32_t t) const { return elements_[std::size_t(t)]; }
@@ -198,21 +213,53 @@ public:
                const std::vector<double>& badnesses) {
     new_stamp();
     open_.clear();
-    for (const std::int32_t t : old) remove(t);
-    for (const std::int32_t t : old)
-      for (std::size_t i = 0; i < 4; ++i) {
-        const std::int32_t n = (*this)[t].across[i];
-        if (n == kNone || !alive(n)) continue;
-        const Element& e = (*this)[n];
-        std::size_t k = 0;
-        while (e.across[k] != t) ++k;
-        open_.push_back(face_of(n, k));
-      }
+    for (const std::int32_t t : old) {
+      if (trial_) log_removal(t);
+      remove(t);
+    }
+    for (const std::int32_t t : old) open_faces_at(t);
     for (std::size_t i = 0; i < tets.size(); ++i) {
       const std::int32_t t = add(tets[i], cells[i], badnesses[i]);
+      if (trial_) put_.push_back(t);
       for (std::size_t k = 0; k < 4; ++k) join(face_of(t, k));
     }
     for (const Face& face : open_) across(face) = kNone;
+  }
+  /// What follows is on trial: all that replace() does can be taken back. Ratings may change, of new tets.
+  void begin_trial() {
+    trial_ = true;
+    taken_.clear();
+    put_.clear();
+    stamps_.clear();
+  }
+  /// Tets that are new since the trial began.
+  [[nodiscard]] const std::vector<std::int32_t>& put() const { return put_; }
+  /// The sum of a function of the ratings of the tets that are gone since.
+  template <class F>
+  [[nodiscard]] double sum_of_taken(F&& f) const {
+    double sum = 0;
+    for (const Taken& t : taken_) sum += f(t.badness);
+    return sum;
+  }
+  /// Ends the trial, and leaves all as it is, or as it was.
+  void end_trial(bool keep) {
+    trial_ = false;
+    if (keep) return;
+    open_.clear();
+    for (const std::int32_t t : put_) remove(t);
+    for (const std::int32_t t : put_) open_faces_at(t);
+    for (const Taken& t : taken_) {
+      unused_.erase(std::find(unused_.rbegin(), unused_.rend(), t.index).base() - 1);
+      badness_[std::size_t(t.index)] = t.badness;
+      Element& e = (*this)[t.index];
+      e = t.element;
+      e.across.fill(kNone);
+      for (const std::int32_t v : e.v) stars_.add(std::size_t(v), t.index);
+      for (std::size_t k = 0; k < 4; ++k) join(face_of(t.index, k));
+    }
+    for (const Face& face : open_) across(face) = kNone;
+    // All is as it was: what was tried there need not be tried again.
+    for (auto s = stamps_.rbegin(); s != stamps_.rend(); ++s) changed_[std::size_t(s->first)] = s->second;
   }
   /// Moves a vertex into another one: the tets that have both are gone.
   void collapse(std::int32_t v, std::int32_t u) {
@@ -343,6 +390,25 @@ private:
       }
     }
   }
+  /// The faces of a tet that is gone wait for others, those that a tet is left at.
+  void open_faces_at(std::int32_t t) {
+    for (const std::int32_t n : (*this)[t].across) {
+      if (n == kNone || !alive(n)) continue;
+      const Element& e = (*this)[n];
+      std::size_t k = 0;
+      while (e.across[k] != t) ++k;
+      open_.push_back(face_of(n, k));
+    }
+  }
+  void log_removal(std::int32_t t) {
+    const Element& e = (*this)[t];
+    const auto own = std::find(put_.begin(), put_.end(), t);
+    if (own != put_.end())
+      put_.erase(own);
+    else
+      taken_.push_back({t, e, badness(t)});
+    for (const std::int32_t v : e.v) stamps_.emplace_back(v, changed(v));
+  }
   void remove(std::int32_t t) {
     for (const std::int32_t v : (*this)[t].v) {
       stars_.remove(std::size_t(v), t);
@@ -385,6 +451,15 @@ private:
   std::vector<double> badness_;  // #T; apart, as it is looked through in every round
   std::vector<std::int32_t> unused_;
   std::vector<Face> open_;
+  struct Taken {
+    std::int32_t index;
+    Element element;
+    double badness;
+  };
+  bool trial_ = false;
+  std::vector<Taken> taken_;                                    // since the trial began ...
+  std::vector<std::int32_t> put_;                               // ... and what is there instead ...
+  std::vector<std::pair<std::int32_t, std::uint32_t>> stamps_;  // ... and the stamps of vertices before
   std::uint32_t stamp_ = 1;
   mutable std::int64_t work_ = 0;
 };

@@ -48,6 +48,38 @@ public:
     return kNone;
   }
 
+  /// Are these vertices, on the two planes of a slab, on one of its walls? `on_lower(v)`: is v on the lower plane?
+  template <class Vertices, class OnLower>
+  [[nodiscard]] bool on_one_wall(const Vertices& vertices, OnLower&& on_lower) const {
+    const auto side_of = [&](std::int32_t v) { return on_lower(v) ? Above : Below; };
+    // One of them may be the corner of any number of walls.
+    std::int32_t first = *std::begin(vertices);
+    for (const std::int32_t v : vertices)
+      if (walls_at(v, side_of(v)) < walls_at(first, side_of(first))) first = v;
+    const Side side = side_of(first);
+    for (std::int32_t i = start_[side][std::size_t(first)]; i < start_[side][std::size_t(first) + 1]; ++i)
+      if (std::all_of(std::begin(vertices), std::end(vertices), [&](std::int32_t v) {
+            const Side at = side_of(v);
+            return std::binary_search(walls_[at].begin() + start_[at][std::size_t(v)],
+                                      walls_[at].begin() + start_[at][std::size_t(v) + 1],
+                                      walls_[side][std::size_t(i)]);
+          }))
+        return true;
+    return false;
+  }
+  /// There is one vertex more, on no wall.
+  void add_vertex() {
+    for (std::vector<std::int32_t>& start : start_) start.push_back(start.back());
+  }
+  /// Puts the last vertex, which was added, on these walls, by `Side`, and takes it off others; kNone: none.
+  void put_last(const std::array<std::int32_t, 2>& walls) {
+    for (const Side side : {Below, Above}) {
+      walls_[side].resize(std::size_t(start_[side][start_[side].size() - 2]));
+      if (walls[side] != kNone) walls_[side].push_back(walls[side]);
+      start_[side].back() = std::int32_t(walls_[side].size());
+    }
+  }
+
 private:
   [[nodiscard]] std::int32_t walls_at(std::int32_t v, Side side) const {
     return start_[side][std::size_t(v) + 1] - start_[side][std::size_t(v)];
