@@ -18,11 +18,11 @@
 
 namespace slice2mesh {
 
-/// Improves a mesh that fills a complex by flips inside of its slabs, by moving and collapsing vertices in their
-/// planes, and with `ImproveOptions::move_contours` by moving contour vertices within the tolerance; contours, planes,
-/// complex and mesh are changed together. Every tet stays in its slab and region, every wall vertical, every tet
-/// positive (decided exactly); contours stay where they are, or within `contours.tolerance` of their slices (both ways;
-/// `contours.deviation` is measured again). Deterministic.
+/// Improves a mesh that fills a complex by flips and larger changes inside of its slabs, by moving, collapsing and, at
+/// the worst elements, adding vertices in their planes, and with `ImproveOptions::move_contours` by moving contour
+/// vertices within the tolerance; contours, planes, complex and mesh are changed together. Every tet stays in its slab
+/// and region, every wall vertical, every tet positive (decided exactly); contours stay where they are, or within
+/// `contours.tolerance` of their slices (both ways; `contours.deviation` is measured again). Deterministic.
 ///
 /// Precondition: `contours` were made from `regions`, `plc` is
 /// `build_plc(contours, stack.meshes, stack.slab_planes)`, and `mesh` fills it with its vertices, in their order, and

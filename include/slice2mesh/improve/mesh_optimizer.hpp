@@ -432,6 +432,7 @@ private:
     for (std::size_t i = 0; i < std::min(offers.size(), kInsertionTrials); ++i) {
       const Cavities::Filling& offer = offers[i];
       const bool on_contour = offer.walls[0] != kNone || offer.walls[1] != kNone;
+      if (on_contour && !splits_contours(offer)) continue;
       graph_.set_point(spare_, offer.point);
       graph_.put_on_plane_of(spare_, offer.a);
       walls_.put_last(offer.walls);
@@ -464,6 +465,29 @@ private:
       if (!done) return;
     }
   }
+  /// The vertices of the edge of a plane that runs along a wall.
+  [[nodiscard]] std::vector<std::int32_t>& chain_of(std::size_t plane, WallVertices::Side side, std::int32_t wall) {
+    PlaneMesh& mesh = stack_.meshes[plane];
+    return (side == WallVertices::Above ? mesh.above_chain : mesh.below_chain)[std::size_t(wall)];
+  }
+  /// Where in a chain the new vertex belongs, between a and b; 0 if these do not follow each other there, as they need
+  /// not where a wall is bent.
+  [[nodiscard]] std::size_t place_in_chain(const std::vector<std::int32_t>& chain, std::int32_t first,
+                                           const Cavities::Filling& at) const {
+    for (std::size_t i = 1; i < chain.size(); ++i) {
+      const std::int32_t p = resolve(first + chain[i - 1]), q = resolve(first + chain[i]);
+      if ((p == at.a && q == at.b) || (p == at.b && q == at.a)) return i;
+    }
+    return 0;
+  }
+  [[nodiscard]] bool splits_contours(const Cavities::Filling& at) {
+    const auto plane = std::size_t(graph_.plane(at.a));
+    for (const WallVertices::Side side : {WallVertices::Below, WallVertices::Above})
+      if (at.walls[side] != kNone &&
+          place_in_chain(chain_of(plane, side, at.walls[side]), graph_.first()[plane], at) == 0)
+        return false;
+    return true;
+  }
   /// The last vertex is on an edge of contours from now on.
   void split_contour(const Cavities::Filling& at) {
     for (const auto& [end, far] : {std::pair{at.a, at.b}, std::pair{at.b, at.a}})
@@ -476,15 +500,8 @@ private:
     bool known = !columns_;  // to the columns
     for (const WallVertices::Side side : {WallVertices::Below, WallVertices::Above}) {
       if (at.walls[side] == kNone) continue;
-      PlaneMesh& mesh = stack_.meshes[plane];
-      std::vector<std::int32_t>& chain =
-          (side == WallVertices::Above ? mesh.above_chain : mesh.below_chain)[std::size_t(at.walls[side])];
-      std::size_t i = 1;
-      const auto is_edge = [&] {
-        const std::int32_t p = resolve(first + chain[i - 1]), q = resolve(first + chain[i]);
-        return (p == at.a && q == at.b) || (p == at.b && q == at.a);
-      };
-      while (!is_edge()) ++i;
+      std::vector<std::int32_t>& chain = chain_of(plane, side, at.walls[side]);
+      const std::size_t i = place_in_chain(chain, first, at);
       chain.insert(chain.begin() + std::ptrdiff_t(i), spare_ - first);
       if (std::exchange(known, true)) continue;
       std::size_t from = i - 1, to = i + 1;

@@ -341,6 +341,12 @@ private:
     for (std::size_t t = 0; t < keys.size(); ++t) order[t] = keys[t].second;
     return order;
   }
+  /// A tet that a trial has taken out.
+  struct Taken {
+    std::int32_t index;
+    Element element;
+    double badness;
+  };
   /// A face that waits for the other tet at it.
   struct Face {
     std::int32_t a, b, c;  // vertices, ascending
@@ -451,11 +457,6 @@ private:
   std::vector<double> badness_;  // #T; apart, as it is looked through in every round
   std::vector<std::int32_t> unused_;
   std::vector<Face> open_;
-  struct Taken {
-    std::int32_t index;
-    Element element;
-    double badness;
-  };
   bool trial_ = false;
   std::vector<Taken> taken_;                                    // since the trial began ...
   std::vector<std::int32_t> put_;                               // ... and what is there instead ...
