@@ -245,3 +245,30 @@ TEST_CASE("the sign of a volume in doubles is exact") {
   }
   CHECK(flat == 2000);
 }
+
+TEST_CASE("a certificate finds slabs that meet in different triangles, where each slab by itself is filled well") {
+  const Sample good = sample();
+  REQUIRE(failed(certify(good.mesh, good.plc)) == "");
+  std::size_t interfaces = 0;
+  for (std::size_t f = 0; f < good.plc.facets.size(); ++f) {
+    const Facet& facet = good.plc.facets[f];
+    if (facet.label != FacetLabel::Interface) continue;
+    ++interfaces;
+    // The same triangle twice, once for the slab below and once for the one above: nothing joins the two slabs there.
+    Plc plc = good.plc;
+    Facet below = facet, above = facet;
+    below.label = FacetLabel::Up;
+    below.front = {};
+    above.label = FacetLabel::Down;
+    above.back = facet.front;
+    above.front = {};
+    std::swap(above.vertices[1], above.vertices[2]);
+    plc.facets[f] = below;
+    plc.facets.push_back(above);
+    const Certificate certificate = certify(good.mesh, plc);
+    CHECK(failed(certificate) == "no_overlap ");
+    CHECK_FALSE(certificate.passed());
+    if (interfaces == 20) break;
+  }
+  CHECK(interfaces > 3);
+}

@@ -19,6 +19,7 @@
 #include "slice2mesh/core/plc.hpp"
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/core/short_number.hpp"
+#include "slice2mesh/plc/plane_cover.hpp"
 #include "slice2mesh/plc/plc_checks.hpp"
 
 namespace slice2mesh {
@@ -47,88 +48,6 @@ struct PlcReport {
 
 namespace detail {
 
-/// Is the area to the left of directed edges covered exactly once? A sweep (Shamos, Hoey, "Geometric intersection
-/// problems", FOCS 1976) that stops at the first crossing, touch or doubled cover; all tests are exact.
-class CoverSweep {
-public:
-  enum class Finding { Once, Crossing, Overlap };
-  struct Edge {
-    GridPoint a, b;      // lexicographically a < b
-    bool left_is_above;  // the covered side
-  };
-
-  /// `at` gets the place of the finding.
-  [[nodiscard]] static Finding run(const std::vector<Edge>& edges, GridPoint& at, Poll& listen) {
-    struct Event {
-      GridPoint p;
-      std::size_t edge;
-      bool start;
-    };
-    std::vector<Event> events;
-    events.reserve(edges.size() * 2);
-    for (std::size_t e = 0; e < edges.size(); ++e) {
-      events.push_back({edges[e].a, e, true});
-      events.push_back({edges[e].b, e, false});
-    }
-    sort_listening(events.begin(), events.end(), listen, [](const Event& e, const Event& f) {
-      if (e.p != f.p) return e.p < f.p;
-      return e.start != f.start ? !e.start : e.edge < f.edge;
-    });
-    const auto below = [&](std::size_t e, std::size_t f) { return is_below(edges, e, f); };
-    using Line = std::set<std::size_t, decltype(below)>;
-    Line line(below);
-    std::vector<typename Line::iterator> place(edges.size());
-    const auto meet = [&](typename Line::iterator i, typename Line::iterator j) { return touch(edges[*i], edges[*j]); };
-    for (std::size_t i = 0; i < events.size();) {
-      listen(4);
-      at = events[i].p;
-      std::size_t j = i;
-      for (; j < events.size() && events[j].p == at; ++j) {
-        const std::size_t e = events[j].edge;
-        if (!events[j].start) {
-          const auto after = line.erase(place[e]);
-          if (after != line.end() && after != line.begin() && meet(std::prev(after), after)) return Finding::Crossing;
-          continue;
-        }
-        const auto [it, inserted] = line.insert(e);
-        if (!inserted) return Finding::Crossing;
-        place[e] = it;
-        if (it != line.begin() && meet(std::prev(it), it)) return Finding::Crossing;
-        if (std::next(it) != line.end() && meet(it, std::next(it))) return Finding::Crossing;
-      }
-      // Covers must alternate around the edges that start here: each one has the same on its lower side as the edge
-      // below it has on its upper side.
-      for (std::size_t k = i; k < j; ++k) {
-        if (!events[k].start) continue;
-        const auto it = place[events[k].edge];
-        const bool covered_below = !edges[*it].left_is_above;
-        const bool wanted = it != line.begin() && edges[*std::prev(it)].left_is_above;
-        if (covered_below != wanted) return Finding::Overlap;
-      }
-      i = j;
-    }
-    return Finding::Once;
-  }
-
-private:
-  static bool is_below(const std::vector<Edge>& edges, std::size_t i, std::size_t j) {
-    if (i == j) return false;
-    const Edge &e = edges[i], &f = edges[j];
-    if (e.a == f.a) return orientation(e.a, e.b, f.b) > 0;
-    if (e.a < f.a) return orientation(e.a, e.b, f.a) > 0;
-    return orientation(f.a, f.b, e.a) < 0;
-  }
-  /// Do the edges meet anywhere but in common ends?
-  static bool touch(const Edge& e, const Edge& f) {
-    const int o1 = orientation(e.a, e.b, f.a), o2 = orientation(e.a, e.b, f.b);
-    const int o3 = orientation(f.a, f.b, e.a), o4 = orientation(f.a, f.b, e.b);
-    if (o1 * o2 < 0 && o3 * o4 < 0) return true;
-    const auto inside = [](int side, const GridPoint& p, const Edge& g) { return side == 0 && g.a < p && p < g.b; };
-    if (inside(o1, f.a, e) || inside(o2, f.b, e) || inside(o3, e.a, f) || inside(o4, e.b, f)) return true;
-    return e.a == f.a && e.b == f.b;
-  }
-};
-
 class PlcVerifier {
 public:
   PlcVerifier(const Plc& plc, std::size_t named, const std::function<void()>& poll)
@@ -147,7 +66,7 @@ public:
       check_slab(static_cast<std::int32_t>(s), facets.facets.data() + facets.start[s],
                  facets.facets.data() + facets.start[s + 1]);
     if (!plc_.has_inner_faces) check_skin();
-    check_planes();
+    check_no_overlap(plc_, overlap_, listen_);
     if (plc_.has_inner_faces) {
       std::vector<char> used(plc_.vertices.size(), 0);
       for (const Facet& facet : plc_.facets)
@@ -160,9 +79,6 @@ public:
   }
 
 private:
-  static bool is_wall(const Facet& facet) {
-    return facet.label == FacetLabel::Wall || facet.label == FacetLabel::InnerWall;
-  }
   [[nodiscard]] std::int32_t plane(std::int32_t v) const { return plc_.vertex_plane[static_cast<std::size_t>(v)]; }
   [[nodiscard]] const GridPoint& point(std::int32_t v) const { return plc_.vertices[static_cast<std::size_t>(v)]; }
 
@@ -354,59 +270,6 @@ private:
     const Int128 sides = bottom - top;
     if ((sides < 0 ? -sides : sides) > 2 * bend)
       volume_.offend([&] { return "slab " + std::to_string(slab) + " has different areas at its bottom and its top"; });
-  }
-
-  /// In every plane: the triangles, all seen from above, cover no point twice.
-  ///
-  /// How often a point is covered changes only across edges that have a triangle on one side alone. If these do not
-  /// cross, and have cover 1 on the one side and 0 on the other, nothing is covered twice.
-  void check_planes() {
-    std::vector<std::vector<std::int32_t>> by_plane(plc_.planes.size());
-    for (std::size_t f = 0; f < plc_.facets.size(); ++f) {
-      const Facet& facet = plc_.facets[f];
-      listen_();
-      if (is_wall(facet)) continue;
-      by_plane[static_cast<std::size_t>(plane(facet.vertices[0]))].push_back(static_cast<std::int32_t>(f));
-    }
-    std::vector<Half> halves;
-    std::vector<CoverSweep::Edge> edges;
-    for (std::size_t k = 0; k < by_plane.size(); ++k) {
-      halves.clear();
-      edges.clear();
-      for (const std::int32_t f : by_plane[k]) {
-        const Facet& facet = plc_.facets[static_cast<std::size_t>(f)];
-        listen_();
-        add_halves(facet, kNone, facet.label == FacetLabel::Down, halves);
-      }
-      sort_listening(halves.begin(), halves.end(), listen_, [](const Half& e, const Half& f) {
-        if (e.low != f.low) return e.low < f.low;
-        return e.high != f.high ? e.high < f.high : e.winding < f.winding;
-      });
-      const auto same = [](const Half& e, const Half& f) { return e.low == f.low && e.high == f.high; };
-      for (std::size_t i = 0; i < halves.size();) {
-        std::size_t j = i;
-        while (j < halves.size() && same(halves[i], halves[j])) ++j;
-        if (j - i > 2 || (j - i == 2 && halves[i].winding == halves[i + 1].winding))
-          overlap_.offend([&] {
-            return "plane " + std::to_string(k) + ": several facets on one side of edge " +
-                   std::to_string(halves[i].low) + "-" + std::to_string(halves[i].high);
-          });
-        if (j - i == 1) {
-          GridPoint a = point(halves[i].low), b = point(halves[i].high);
-          if (halves[i].winding < 0) std::swap(a, b);  // facet on the left of a -> b
-          if (a != b) edges.push_back(a < b ? CoverSweep::Edge{a, b, true} : CoverSweep::Edge{b, a, false});
-        }
-        i = j;
-      }
-      GridPoint at;
-      const CoverSweep::Finding finding = CoverSweep::run(edges, at, listen_);
-      if (finding != CoverSweep::Finding::Once)
-        overlap_.offend([&] {
-          return "plane " + std::to_string(k) + ": " +
-                 (finding == CoverSweep::Finding::Crossing ? "edges cross or touch" : "facets overlap") + " near " +
-                 place_text(plc_.grid, at);
-        });
-    }
   }
 
   void finish(PlcReport& report) const {

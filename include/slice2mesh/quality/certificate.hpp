@@ -23,13 +23,14 @@
 #include "slice2mesh/core/mesh.hpp"
 #include "slice2mesh/core/plc.hpp"
 #include "slice2mesh/core/progress.hpp"
+#include "slice2mesh/plc/plane_cover.hpp"
 #include "slice2mesh/plc/plc_checks.hpp"
 
 namespace slice2mesh {
 
 /// What `certify` found. The checks, in this order:
-/// `complex`, `structure`, `positive`, `one_slab`, `volume`, `interface_triangles`, `faces`, `skin`, `no_duplicates`,
-/// `no_orphans`; the later ones are left out where the complex itself is not usable.
+/// `complex`, `no_overlap`, `structure`, `positive`, `one_slab`, `volume`, `interface_triangles`, `faces`, `skin`,
+/// `no_duplicates`, `no_orphans`; the later ones are left out where the complex itself is not usable.
 struct Certificate {
   /// One per name above, in that order.
   std::vector<CertificateCheck> checks;
@@ -157,6 +158,12 @@ public:
     if (!plc_.has_inner_faces) complex.offend([] { return std::string("the complex is its outer skin alone"); });
     result.checks.push_back(complex.check("complex", "indices, labels and sides of the complex are sound", "defects"));
     if (complex.count() > 0) return result;
+    poll_();
+    CheckNotes overlap = notes();
+    Poll listen(poll_, 1 << 16);
+    check_no_overlap(plc_, overlap, listen);
+    result.checks.push_back(
+        overlap.check("no_overlap", "facets of one plane do not overlap or cross", "planes with overlaps"));
     poll_();
     check_structure();
     poll_();
