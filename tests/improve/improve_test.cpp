@@ -7,6 +7,7 @@
 #include <set>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "../plc/chain.hpp"
@@ -143,15 +144,7 @@ TEST_CASE("every facet of a mesh is a face of a tet, before improvement and afte
   std::vector<NamedStack> stacks = generated_stacks();
   for (std::uint32_t seed = 1; seed <= 30; ++seed)
     stacks.push_back({"random stack, seed " + std::to_string(seed), random_stack(seed)});
-  for (const double slope : {0.0, 0.13, 0.4}) {  // two parts, one in the way of the other
-    std::vector<std::vector<Polyline>> layers;
-    for (int i = 0; i < 6; ++i) {
-      Polyline other = rectangle(2 + slope * i, 1, 6, 4 + slope * i);
-      other.part = 1;
-      layers.push_back({rectangle(0, 0, 4, 3), other});
-    }
-    stacks.push_back({"two parts", stack_of(layers)});
-  }
+  for (NamedStack& stack : two_part_stacks()) stacks.push_back(std::move(stack));
   std::size_t walls = 0, inner = 0, turned = 0, turned_inner = 0;
   for (const NamedStack& named : stacks) {
     INFO(named.name);

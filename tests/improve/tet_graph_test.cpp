@@ -156,19 +156,21 @@ Made make(const SliceStack& slices) {
   return made;
 }
 
+/// A filled stack with what changes its tets.
+struct Bench {
+  explicit Bench(const SliceStack& slices) : made(make(slices)) {}
+  Made made;
+  TetGraph graph{made.stack, made.mesh, made.pitch, Poll(kNobody, 1)};
+  detail::WallVertices on_walls{made.stack, graph.first(), graph.points().size(), Poll(kNobody, 1)};
+  detail::Flips flipper{graph, on_walls};
+  detail::Cavities joiner{graph, on_walls};
+};
+
 std::vector<NamedStack> stacks() {
   std::vector<NamedStack> result = generated_stacks();
   for (std::uint32_t seed = 1; seed <= 12; ++seed)
     result.push_back({"random stack, seed " + std::to_string(seed), random_stack(seed)});
-  for (const double slope : {0.0, 0.13, 0.4}) {  // two parts, one in the way of the other
-    std::vector<std::vector<Polyline>> layers;
-    for (int i = 0; i < 6; ++i) {
-      Polyline other = rectangle(2 + slope * i, 1, 6, 4 + slope * i);
-      other.part = 1;
-      layers.push_back({rectangle(0, 0, 4, 3), other});
-    }
-    result.push_back({"two parts", stack_of(layers)});
-  }
+  for (NamedStack& stack : two_part_stacks()) result.push_back(std::move(stack));
   return result;
 }
 
@@ -362,10 +364,8 @@ TEST_CASE("tets joined anew to a vertex fill the place of the old ones, on walls
   for (const NamedStack& named : stacks())
     for (const bool sharpen : {false, true}) {
       INFO(named.name);
-      Made made = make(named.stack);
-      TetGraph graph(made.stack, made.mesh, made.pitch, Poll(kNobody, 1));
-      detail::WallVertices on_walls(made.stack, graph.first(), graph.points().size(), Poll(kNobody, 1));
-      detail::Cavities joiner(graph, on_walls);
+      Bench bench(named.stack);
+      auto& [made, graph, on_walls, flipper, joiner] = bench;
       joiner.sharpen(sharpen);
       const auto before = cell_volumes(graph);
       const auto areas = shared_areas(graph);
@@ -408,10 +408,8 @@ TEST_CASE("a vertex is put on an edge of a plane, and on the walls that the edge
   std::size_t inside = 0, on_contours = 0;
   for (const NamedStack& named : stacks()) {
     INFO(named.name);
-    Made made = make(named.stack);
-    TetGraph graph(made.stack, made.mesh, made.pitch, Poll(kNobody, 1));
-    detail::WallVertices on_walls(made.stack, graph.first(), graph.points().size(), Poll(kNobody, 1));
-    detail::Cavities joiner(graph, on_walls);
+    Bench bench(named.stack);
+    auto& [made, graph, on_walls, flipper, joiner] = bench;
     joiner.sharpen(true);
     const auto before = cell_volumes(graph);
     const auto areas = shared_areas(graph);
@@ -470,15 +468,12 @@ TEST_CASE("a trial that is taken back leaves tets, neighbors, stars, ratings and
   std::size_t trials = 0, changes = 0;
   for (const NamedStack& named : stacks()) {
     INFO(named.name);
-    Made made = make(named.stack);
-    TetGraph graph(made.stack, made.mesh, made.pitch, Poll(kNobody, 1));
-    detail::WallVertices on_walls(made.stack, graph.first(), graph.points().size(), Poll(kNobody, 1));
-    detail::Flips flipper(graph, on_walls);
+    Bench bench(named.stack);
+    auto& [made, graph, on_walls, flipper, joiner] = bench;
     flipper.turn_walls(true);
-    detail::Cavities joiner(graph, on_walls);
     const std::vector<double> ratings = [&] {
       std::vector<double> result;
-      for (std::int32_t t = 0; t < std::int32_t(graph.size()); ++t) result.push_back(graph.badness(t));
+      for (std::int32_t t = 0; t < std::int32_t(bench.graph.size()); ++t) result.push_back(bench.graph.badness(t));
       return result;
     }();
     std::vector<TetGraph::Element> elements;

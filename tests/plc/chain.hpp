@@ -123,6 +123,21 @@ struct NamedStack {
   slice2mesh::SliceStack stack;
 };
 
+/// Stacks of two parts, one in the way of the other, so that walls stand between regions.
+[[nodiscard]] inline std::vector<NamedStack> two_part_stacks() {
+  std::vector<NamedStack> result;
+  for (const double slope : {0.0, 0.13, 0.4}) {
+    std::vector<std::vector<slice2mesh::Polyline>> layers;
+    for (int i = 0; i < 6; ++i) {
+      slice2mesh::Polyline other = rectangle(2 + slope * i, 1, 6, 4 + slope * i);
+      other.part = 1;
+      layers.push_back({rectangle(0, 0, 4, 3), other});
+    }
+    result.push_back({"two parts", stack_of(layers)});
+  }
+  return result;
+}
+
 /// Small stacks that have one of everything: holes, overhangs, islands, cones, supports, gaps, two parts.
 [[nodiscard]] inline std::vector<NamedStack> generated_stacks() {
   using slice2mesh::Direction;
