@@ -148,27 +148,134 @@ TEST_CASE("a trial gives edges the vertices of the next slabs that lie on them, 
   CHECK(shared > 20);
 }
 
+TEST_CASE(
+    "vertices near to what the next slab has, and to nothing of their own, count as corners that are to be opened") {
+  // Squares in squares: each corner of the inner one is near to two edges and a corner of the outer one.
+  const Polyline square = loop({{0, 0}, {20, 0}, {20, 20}, {0, 20}});
+  Closed closed = closed_contours(stack_of({{square}, {square}}));
+  Contours& contours = closed.contours;
+  REQUIRE(contours.outlines.size() == 2);
+  REQUIRE(contours.outlines[0] == contours.outlines[1]);
+  const double eps = contours.tolerance / contours.grid.pitch;
+  const Outline outer = contours.outlines[0];
+  const std::vector<char> frozen(2, 0);
+  const detail::OutlineWindow all;
+  const auto faults = [&](const detail::ColumnLimits& limits) {
+    return detail::CornerTrial(contours.outlines, closed.regions.outlines, contours.slabs, frozen, limits)
+        .look(all)
+        .corners;
+  };
+  const detail::ColumnLimits limits = detail::corner_limits(eps, HUGE_VAL);
+  CHECK(faults(limits).empty());
+  for (const double share : {0.1, 0.3, 0.4, 0.5}) {
+    INFO("distance in eps " << share);
+    const std::int64_t inset = round_to_step(std::llround(share * eps));
+    GridPoint low = outer.vertices.front(), high = low;
+    for (const GridPoint& p : outer.vertices) low = std::min(low, p), high = std::max(high, p);
+    Outline inner = outer;
+    for (GridPoint& p : inner.vertices) {
+      if (p.x == low.x || p.x == high.x) p.x += p.x == low.x ? inset : -inset;
+      if (p.y == low.y || p.y == high.y) p.y += p.y == low.y ? inset : -inset;
+    }
+    for (const std::size_t upper : {std::size_t(0), std::size_t(1)}) {
+      contours.outlines[upper] = inner;
+      contours.outlines[1 - upper] = outer;
+      const SeparationFigures figures = measure_separation(contours).between;
+      const std::vector<detail::CornerFinder::Corner> found = faults(limits);
+      CHECK(found.size() == figures.below_aim());
+      CHECK(figures.sharp == 0);
+      CHECK(found.empty() == (share > kSeparationShare));
+      for (const detail::CornerFinder::Corner& corner : found) {
+        CHECK(corner.degrees <= kSeparationAngle);
+        CHECK(corner.degrees >= kSeparationAngle * 0.99 * share / kSeparationShare);
+        CHECK(corner.slab == 0);
+      }
+      detail::ColumnLimits none = limits;
+      none.separate = 0;
+      CHECK(faults(none).empty());
+    }
+  }
+}
+
+TEST_CASE("a thin wall of one contour is not what a search is for, also where the next contour has vertices on it") {
+  // The walls that go up and down from the strip put vertices of the upper slice on the long edges of the lower one.
+  const Polyline strip = loop({{0, 0}, {10, 0}, {10, 0.03}, {0, 0.03}}), cross = loop({{0, 0},
+                                                                                       {4.2, 0},
+                                                                                       {4.2, -1},
+                                                                                       {7, -1},
+                                                                                       {7, 0},
+                                                                                       {10, 0},
+                                                                                       {10, 0.03},
+                                                                                       {5.5, 0.03},
+                                                                                       {5.5, 1},
+                                                                                       {4.5, 1},
+                                                                                       {4.5, 0.03},
+                                                                                       {0, 0.03}});
+  for (const auto& slices : {std::vector<std::vector<Polyline>>{{strip}, {cross}},
+                             {{cross}, {strip}},
+                             {{strip}, {strip}},
+                             {{cross}, {cross}, {strip}, {strip}, {cross}}}) {
+    Closed closed = closed_contours(stack_of(slices));
+    const double pitch = closed.contours.grid.pitch;
+    const detail::ColumnLimits limits = detail::corner_limits(closed.contours.tolerance / pitch, HUGE_VAL);
+    const SeparationReport report = measure_separation(closed.contours);
+    CAPTURE(closed.contours.outlines[0].vertices.size(), closed.contours.outlines[1].vertices.size(),
+            report.within.angle.size, report.within.vertices.size, report.within.vertex_edge.size, slices.size());
+    CHECK(report.within.below_aim() > 0);
+    REQUIRE(report.between.below_aim() == 0);
+    const std::vector<char> frozen(slices.size(), 0);
+    CHECK(detail::CornerTrial(closed.contours.outlines, closed.regions.outlines, closed.contours.slabs, frozen, limits)
+              .look({})
+              .corners.empty());
+  }
+}
+
+TEST_CASE("what is found too near in random contours is found by the measure as well") {
+  std::size_t found = 0;
+  for (std::uint32_t seed = 1; seed <= 60; ++seed) {
+    INFO("seed " << seed);
+    Closed closed = closed_contours(wobbling_stack(seed));
+    const double pitch = closed.contours.grid.pitch;
+    detail::ColumnLimits limits = detail::corner_limits(closed.contours.tolerance / pitch, HUGE_VAL);
+    const std::vector<char> frozen(closed.contours.slabs.size(), 0);
+    const auto faults = [&] {
+      return detail::CornerTrial(closed.contours.outlines, closed.regions.outlines, closed.contours.slabs, frozen,
+                                 limits)
+          .look({})
+          .corners.size();
+    };
+    const std::size_t all = faults();
+    limits.separate = 0;
+    const std::size_t near = all - faults();
+    const SeparationFigures figures = measure_separation(closed.contours).between;
+    CHECK(near <= figures.close_vertices.back() + figures.close_vertex_edge.back());
+    found += near;
+  }
+  CHECK(found > 0);
+}
+
 TEST_CASE("no corner between contours of random slices is left sharp, nor anything near") {
-  // At some of the last ones corners were left without the sharing of vertices, crossings beside vertices, or the last
-  // pass.
+  // At some of them corners were left, or vertices near to an edge, without the sharing of vertices, crossings beside
+  // vertices, the last pass, what contours are gathered at, the look at what is near, or more for few.
   struct Stacks {
     double eps;
     std::vector<std::uint32_t> seeds;
   };
-  for (const Stacks& stacks :
-       {Stacks{0.2, {1, 2, 3, 4, 5, 6, 49, 128, 259, 1525}}, Stacks{0.1, {1, 2, 154, 224, 299, 315}}})
+  for (const Stacks& stacks : {Stacks{0.2, {1, 2, 3, 4, 5, 20, 49, 128, 259, 401, 889, 1336, 1525}},
+                               Stacks{0.1, {1, 2, 91, 108, 154, 223, 224, 299, 315, 588, 987, 1604, 2760}},
+                               Stacks{0.05, {365, 736, 807, 1405, 1798}}})
     for (const std::uint32_t seed : stacks.seeds) {
       INFO("seed " << seed << ", eps " << stacks.eps << "h");
       CHECK(harmonized_separation(wobbling_stack(seed), stacks.eps).below_aim() == 0);
     }
 }
 
-TEST_CASE("corners between contours of many random slices are opened", "[slow]") {
-  std::size_t left = 0;
-  for (const double eps : {0.2, 0.1})
-    for (std::uint32_t seed = 1; seed <= 400; ++seed)
-      if (harmonized_separation(wobbling_stack(seed), eps).sharp > 0) ++left;
-  CHECK(left <= 1);  // of 800 stacks; 4 and 9 before vertices were shared and edges crossed beside vertices
+TEST_CASE("no corner between contours of many random slices is left sharp, nor anything near", "[slow]") {
+  for (const double eps : {0.3, 0.2, 0.1})
+    for (std::uint32_t seed = 1; seed <= 400; ++seed) {
+      INFO("seed " << seed << ", eps " << eps << "h");
+      CHECK(harmonized_separation(wobbling_stack(seed), eps).below_aim() == 0);
+    }
 }
 
 TEST_CASE("what is cut out of an outline and put back makes the same outline") {

@@ -22,12 +22,14 @@
 namespace slice2mesh::detail {
 
 /// Sharp corners: angles below kSeparationAngle of two edges that meet in a plane and are of one of its two contours
-/// each.
+/// each; and vertices that are too near to what the next slab has.
 class CornerFinder : protected ColumnStack {
 public:
   using ColumnStack::ColumnStack;
 
-  /// Two edges of neighboring slabs that meet at v in a sharp angle: va of a slab, vb of the one above.
+  /// Two edges of neighboring slabs that meet at v in a sharp angle: va of a slab, vb of the one above. Or a vertex v
+  /// and an edge ab, or a vertex a = b, of two neighboring slabs, the lower one `slab`, that are too near to each
+  /// other.
   struct Corner {
     double degrees;
     std::size_t slab;
@@ -185,11 +187,75 @@ protected:
       });
     }
     add_crossings(result);
-    std::sort(result.begin(), result.end());
-    // Crossings are found in every bucket that both edges pass.
-    const auto same = [](const Corner& p, const Corner& q) { return !(p < q); };
-    result.erase(std::unique(result.begin(), result.end(), same), result.end());
+    sort_and_unite(result);
     return result;
+  }
+  /// Sharp corners, and vertices of contours that are too near to what the next slab has.
+  [[nodiscard]] std::vector<Corner> all_faults() {
+    std::vector<Corner> result = sharp_corners();
+    if (!(limits_.separate > 0)) return result;
+    for (const auto& [p, place] : places_) {  // in any order
+      looked();
+      if (!place.standing.empty() && place.panels.size() <= kMostPanels) add_near(p, place.standing, result);
+    }
+    sort_and_unite(result);
+    return result;
+  }
+  /// Adds what is nearer to a vertex than `separate` and is of a slab next to one of its own, but of neither contour
+  /// alone: an edge, as a corner of as many degrees as it is near, or another vertex.
+  void add_near(const GridPoint& p, const std::vector<Standing>& standing, std::vector<Corner>& corners) {
+    const auto first = std::int32_t(standing.front().slab), last = std::int32_t(standing.back().slab);
+    const double limit = limits_.separate;
+    buckets_.for_each_on(p, p, std::int64_t(limit) + 1, [&](std::size_t bucket) {
+      std::size_t count = 1;
+      for (std::int32_t i = bucket_[bucket].first; i != kNone; i = entries_[std::size_t(i)].next) {
+        ++count;
+        const Entry& entry = entries_[std::size_t(i)];
+        if (entry.last < first - 1 || entry.first > last + 1 || !is_alive(entry.panel)) continue;
+        const Panel& panel = panels_[std::size_t(entry.panel)];
+        const double d = segment_distance(p, panel.a, panel.b);
+        if (!(d < limit) || panel.a == p || panel.b == p) continue;
+        if (d > kOn && dot(panel.a, panel.b, p) > 0 && dot(panel.b, panel.a, p) > 0)
+          add_pairs(p, panel, panel.a, panel.b, d, corners);
+        for (const GridPoint& end : {panel.a, panel.b})
+          if (p < end && distance(p, end) < limit) add_pairs(p, panel, end, end, distance(p, end), corners);
+      }
+      looked(count);
+    });
+  }
+  /// Adds what is that near to a vertex: a panel from a to b, or its end a = b.
+  void add_pairs(const GridPoint& p, const Panel& panel, const GridPoint& a, const GridPoint& b, double near,
+                 std::vector<Corner>& corners) {
+    // Within its slabs a panel is near to a contour of its own: it counts where it begins and ends.
+    for (const bool below : {true, false}) {  // is the vertex below the panel?
+      const std::size_t other = std::size_t(below ? panel.first : panel.last), here = below ? other - 1 : other + 1;
+      const std::size_t lower = std::min(here, other);
+      if ((below && other == 0) || !stacked(lower + 1) || at(here, p) == kNone || at(other, p) != kNone) continue;
+      if (a == b && at(here, a) != kNone) continue;
+      if (goes_through(other, p, a, a == b) || (a == b && goes_through(here, a, p, true))) continue;
+      corners.push_back({kSeparationAngle * near / limits_.separate, lower, p, a, b, kNone, kNone});
+    }
+  }
+  /// Does a slab have an edge that passes through p, other than (`but`) one that ends in q?
+  [[nodiscard]] bool goes_through(std::size_t slab, const GridPoint& p, const GridPoint& q, bool but) {
+    return buckets_.any_on(p, p, std::int64_t(kOn) + 1, [&](std::size_t bucket) {
+      bool through = false;
+      for (std::int32_t i = bucket_[bucket].first; i != kNone && !through; i = entries_[std::size_t(i)].next) {
+        looked();
+        const std::int32_t k = entries_[std::size_t(i)].panel;
+        if (!is_alive(k)) continue;
+        const Panel& panel = panels_[std::size_t(k)];
+        through = std::size_t(panel.first) <= slab && slab <= std::size_t(panel.last) && passes(k, p) &&
+                  !(but && (panel.a == q || panel.b == q));
+      }
+      return through;
+    });
+  }
+  /// Faults are found in every bucket that is looked at.
+  static void sort_and_unite(std::vector<Corner>& corners) {
+    std::sort(corners.begin(), corners.end());
+    const auto same = [](const Corner& p, const Corner& q) { return !(p < q); };
+    corners.erase(std::unique(corners.begin(), corners.end(), same), corners.end());
   }
   /// That of corners between contours.
   [[nodiscard]] static double sharpness_of(const std::vector<Corner>& corners) {

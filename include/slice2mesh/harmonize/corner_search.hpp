@@ -38,14 +38,20 @@ public:
   /// edges looked at as there are, in windows.
   std::vector<Corner> run(std::vector<char>& changed, const std::function<void()>& poll) {
     std::vector<Corner> left = open_one_by_one(changed, poll);
-    for (const Outline& outline : outlines_) work_left_ += kWork * outline.edges.size();
-    for (int round = 0, idle = 0; !left.empty() && work_left_ > 0; ++round) {
+    std::size_t edges = 0;
+    for (const Outline& outline : outlines_) edges += outline.edges.size();
+    work_left_ += kWork * edges;
+    bool few = false;
+    for (int round = 0, idle = 0; !left.empty(); ++round) {
+      if (left.size() <= kFew && !std::exchange(few, true)) work_left_ += kWorkForFew;
+      if (work_left_ == 0) break;
       const std::size_t before = left.size();
+      found_ = false;
       for (std::size_t pass = 0; pass < kPasses.size() && !left.empty(); ++pass) {
         std::vector<Corner> still;
         for (const Corner& corner : left) {
           poll();
-          const std::vector<Corner> there = search_around(corner, pass, round, changed, poll);
+          const std::vector<Corner> there = search_around(corner, pass, round, few ? idle : 0, changed, poll);
           still.insert(still.end(), there.begin(), there.end());
         }
         std::sort(still.begin(), still.end());
@@ -54,8 +60,10 @@ public:
         left = std::move(still);
       }
       idle = left.size() < before ? 0 : idle + 1;
-      if (left.empty() || round == kRounds || idle == kIdleRounds) break;
+      if (left.empty() || idle == (few ? kIdleForFew : kIdleRounds) || (!few && round == kRounds)) break;
       // What was found has changed what is in the way, and what contours have in common.
+      if (!found_) continue;
+      if (few && !spend(edges)) break;
       std::vector<char> changed_now;
       left = open_one_by_one(changed_now, poll);
       for (std::size_t s = 0; s < changed.size(); ++s)
@@ -83,9 +91,12 @@ private:
                                                 {128, 2, 1, 1, 120},
                                                 {128, 3, 1, 1, 120},
                                                 {128, 3, 0.95, 0.7, 360}}};
-  static constexpr int kRounds = 8;         // after the first one
-  static constexpr int kIdleRounds = 2;     // in a row that leave as many, and no more follow
-  static constexpr double kMargin = 3;      // of `apart` and `most`: what is as near to that is seen
+  static constexpr int kRounds = 8;                   // after the first one
+  static constexpr int kIdleRounds = 2;               // in a row that leave as many, and no more follow
+  static constexpr std::size_t kFew = 4;              // that are left get more rounds, and more work
+  static constexpr int kIdleForFew = 6;               // as kIdleRounds
+  static constexpr std::size_t kWorkForFew = 500000;  // as kLeastWork
+  static constexpr double kMargin = 3;                // of `apart` and `most`: what is as near to that is seen
   static constexpr std::size_t kWork = 20;  // trials, by the edges in their windows: so many times all edges, ...
   static constexpr std::size_t kLeastWork = 50000;  // ... and so many where there are few
   static constexpr std::size_t kCut = 16;           // edges that are cut out or left for the work of one in a trial
@@ -104,7 +115,7 @@ private:
     return enough;
   }
   /// Returns the sharp corners that are left there.
-  [[nodiscard]] std::vector<Corner> search_around(const Corner& corner, std::size_t pass, int round,
+  [[nodiscard]] std::vector<Corner> search_around(const Corner& corner, std::size_t pass, int round, int idle,
                                                   std::vector<char>& changed, const std::function<void()>& poll) {
     // As far as slabs lie on each other.
     std::size_t first = corner.slab, last = corner.slab + 1;
@@ -140,6 +151,8 @@ private:
       return corners;
     };
     if (best.count_in(room) == 0) return left();  // it is gone already
+    using Keep = CornerTrial::Keep;
+    const Keep keep = idle == 0 ? Keep::OwnAndSkew : idle == 1 ? Keep::Own : Keep::Nothing;
     edges = 0;
     for (const Outline& outline : scene.outlines) edges += outline.edges.size();
     CornerTrial::Random random(CornerTrial::Random::result_type(std::size_t(round) * kPasses.size() + pass + 1));
@@ -147,7 +160,7 @@ private:
     // The scene with the vertices that slabs have in common, for every second trial.
     std::vector<Outline> sharing;
     std::vector<char> shared;
-    const CornerTrial::Place place{window, room, corner.v, kPasses[pass].clearance, kPasses[pass].apart};
+    const CornerTrial::Place place{window, room, corner.v, kPasses[pass].clearance, kPasses[pass].apart, keep};
     for (std::size_t trial = 0; trial < kPasses[pass].trials && best.count_in(room) > 0 && spend(edges); ++trial) {
       const bool shares = trial % 2 == 1;
       if (shares && sharing.empty()) {
@@ -158,7 +171,7 @@ private:
       std::vector<Outline> outlines = shares ? sharing : scene.outlines;
       CornerTrial::Result now = CornerTrial(outlines, scene.slices, scene.slabs, scene.frozen, limits_, poll)
                                     .run(place, trial, best.sharpness, random, changed_now, poll);
-      if (!CornerTrial::is_better(now.sharpness, best.sharpness)) continue;
+      if (!CornerTrial::is_better(now.sharpness, best.sharpness, keep)) continue;
       best = std::move(now);
       scene.outlines = std::move(outlines);
       sharing.clear();
@@ -167,6 +180,7 @@ private:
     }
     for (std::size_t i = 0; i < changed_here.size(); ++i) {
       if (!changed_here[i]) continue;
+      found_ = true;
       put_back(outlines_[first + i], window, scene.outlines[i], poll);
       changed[first + i] = 1;
     }
@@ -194,6 +208,7 @@ private:
   const std::vector<char>& frozen_;
   ColumnLimits limits_;
   std::size_t work_left_ = kLeastWork;
+  bool found_ = false;  // something to change, in this round
 };
 
 }  // namespace slice2mesh::detail

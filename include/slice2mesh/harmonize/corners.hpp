@@ -36,7 +36,7 @@ public:
 
   /// Opens what can be opened, merges the ends of short edges where no corner gets sharper by it, and opens again; to
   /// be called once. `changed` (#S) tells the slabs concerned. `poll` is called now and then; what it throws ends the
-  /// work. Returns what is left.
+  /// work. Returns what is left (see all_faults).
   std::vector<Corner> run(std::vector<char>& changed, const std::function<void()>& poll) {
     std::vector<Corner> left;
     work_on_corners(changed, poll, [&] {
@@ -48,7 +48,7 @@ public:
       open_all_gaining(kSmallGain, kSmallRounds);
       open_all_gaining(-kShake, 1);
       open_all_gaining(kSmallGain, kSmallRounds);
-      left = sharp_corners();
+      left = all_faults();
     });
     return left;
   }

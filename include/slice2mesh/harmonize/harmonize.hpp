@@ -311,8 +311,8 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
 
 /// Limits in force where corners are opened.
 [[nodiscard]] inline ColumnLimits corner_limits(double eps, double longest) {
-  return {kTidyShare * eps, kColumnDeviation * eps, kColumnMost * eps, kCornerClearance * eps,
-          longest,          kCornerApart * eps};
+  return {kTidyShare * eps, kColumnDeviation * eps, kColumnMost * eps,     kCornerClearance * eps,
+          longest,          kCornerApart * eps,     kSeparationShare * eps};
 }
 /// Opens sharp corners between the contours of neighboring slabs (see CornerSearch).
 inline void open_corners(Contours& contours, const LayerRegions& input, double eps, double longest,
