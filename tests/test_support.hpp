@@ -18,6 +18,15 @@ using Catch::Approx;
 
 namespace slice2mesh_test {
 
+/// How often a loop over random inputs runs: under sanitizers, where each takes ten times as long, a quarter of that.
+[[nodiscard]] constexpr std::uint32_t times(std::uint32_t usual) {
+#ifdef SLICE2MESH_TEST_FEWER
+  return (usual + 3) / 4;
+#else
+  return usual;
+#endif
+}
+
 /// Directory with the slice files that are not part of the repository (subdirectories `reference` and `machine`), or
 /// nothing where there is none. The environment variable SLICE2MESH_SHARED_DATA comes before the path given to CMake.
 [[nodiscard]] inline std::optional<std::filesystem::path> shared_data() {

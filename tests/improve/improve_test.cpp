@@ -116,7 +116,7 @@ std::size_t meeting_pieces(const PlaneStack& stack) {
 
 TEST_CASE("improvement keeps the certificate, the complex and the contours, and makes the elements better") {
   std::vector<NamedStack> stacks = generated_stacks();
-  for (std::uint32_t seed = 1; seed <= 30; ++seed)
+  for (std::uint32_t seed = 1; seed <= times(30); ++seed)
     stacks.push_back({"random stack, seed " + std::to_string(seed), random_stack(seed)});
   ImproveOptions keep;
   keep.move_contours = false;
@@ -142,7 +142,7 @@ TEST_CASE("improvement keeps the certificate, the complex and the contours, and 
 
 TEST_CASE("every facet of a mesh is a face of a tet, before improvement and after it, also on walls between regions") {
   std::vector<NamedStack> stacks = generated_stacks();
-  for (std::uint32_t seed = 1; seed <= 30; ++seed)
+  for (std::uint32_t seed = 1; seed <= times(30); ++seed)
     stacks.push_back({"random stack, seed " + std::to_string(seed), random_stack(seed)});
   for (NamedStack& stack : two_part_stacks()) stacks.push_back(std::move(stack));
   std::size_t walls = 0, inner = 0, turned = 0, turned_inner = 0;
@@ -205,7 +205,7 @@ TEST_CASE("improvement turns diagonals of walls, where there is nothing else to 
 
 TEST_CASE("contours that improvement moves stay within the tolerance, meet nothing, and make the elements better") {
   std::vector<NamedStack> stacks = generated_stacks();
-  for (std::uint32_t seed = 1; seed <= 40; ++seed)
+  for (std::uint32_t seed = 1; seed <= times(40); ++seed)
     stacks.push_back({"random stack, seed " + std::to_string(seed), random_stack(seed)});
   ImproveOptions keep, move;
   keep.move_contours = false;
@@ -249,7 +249,7 @@ TEST_CASE("contours that improvement moves stay within the tolerance, meet nothi
 
 TEST_CASE("improvement moves round contours, but no corners and straight walls of the slices, and areas stay") {
   std::size_t moved = 0, on_walls = 0, slid = 0, left = 0;
-  for (std::uint32_t seed = 1; seed <= 12; ++seed) {
+  for (std::uint32_t seed = 1; seed <= times(12); ++seed) {
     CAPTURE(seed);
     std::mt19937 random(seed);
     const auto dice = [&](int low, int high) { return low + int(random() % std::uint32_t(high - low + 1)); };
@@ -295,7 +295,7 @@ TEST_CASE("improvement moves round contours, but no corners and straight walls o
   // Where an element is very bad, they may.
   CAPTURE(moved, on_walls, slid, left);
   CHECK(moved > 100);
-  CHECK(on_walls > 1000);
+  CHECK(on_walls > times(1000));
   CHECK(slid > 100);
   CHECK(left < on_walls / 100);
 }

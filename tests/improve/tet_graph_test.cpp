@@ -168,7 +168,7 @@ struct Bench {
 
 std::vector<NamedStack> stacks() {
   std::vector<NamedStack> result = generated_stacks();
-  for (std::uint32_t seed = 1; seed <= 12; ++seed)
+  for (std::uint32_t seed = 1; seed <= times(12); ++seed)
     result.push_back({"random stack, seed " + std::to_string(seed), random_stack(seed)});
   for (NamedStack& stack : two_part_stacks()) result.push_back(std::move(stack));
   return result;
@@ -461,7 +461,7 @@ TEST_CASE("a vertex is put on an edge of a plane, and on the walls that the edge
     for (const auto& [plane, area] : areas) CHECK(std::fabs(double(shared_areas(graph)[plane] - area)) <= 4 * length);
   }
   CHECK(inside > 50);
-  CHECK(on_contours > 20);
+  CHECK(on_contours > times(20));
 }
 
 TEST_CASE("a trial that is taken back leaves tets, neighbors, stars, ratings and stamps as they were") {
@@ -518,6 +518,6 @@ TEST_CASE("a trial that is taken back leaves tets, neighbors, stars, ratings and
     for (const std::int32_t t : put) CHECK(graph.alive(t));
     CHECK(faults(graph).empty());
   }
-  CHECK(trials > 50);
+  CHECK(trials > times(50));
   CHECK(changes > 500);
 }

@@ -90,12 +90,8 @@ TEST_CASE("a run is cancelled by any of its calls, and a listener may throw what
   options.size.size = Length::mm(1.5);
   const std::vector<Call> calls = calls_of(sample(), options);
   REQUIRE(calls.size() > 15);
-  // The first and the last call of every stage, and about eighty between them; twenty under sanitizers.
-#ifdef SLICE2MESH_TEST_FEWER
-  constexpr std::size_t kBetween = 10;
-#else
-  constexpr std::size_t kBetween = 40;
-#endif
+  // The first and the last call of every stage, and about eighty between them.
+  constexpr std::size_t kBetween = times(40);
   std::set<std::size_t> stops;
   std::set<Stage> seen;
   for (std::size_t i = 0; i < calls.size(); ++i) {
