@@ -32,7 +32,7 @@ void* allocate_on_huge_pages(std::size_t size) {
 // Smaller arrays are in the heap. It grows by many pages at a time, is not given back to grow again, and what is new of
 // it is asked for before it is used.
 #ifdef __GLIBC__
-constexpr std::size_t kGrowth = std::size_t{32} << 20;
+constexpr std::size_t kGrowth = std::size_t{16} << 20;
 constexpr std::size_t kWorthALook = 4096;  // bytes asked for
 std::atomic<std::uintptr_t> asked_up_to{0};
 
@@ -41,6 +41,11 @@ const bool grows_widely = [] {
          mallopt(M_MMAP_THRESHOLD, int(kLarge)) == 1;
 }();
 
+// Where memory is short, the heap grows by what is needed only. True if it did not before.
+bool grow_narrowly() {
+  static std::atomic<bool> done{false};
+  return !done.exchange(true) && mallopt(M_TOP_PAD, 0) == 1;
+}
 void ask_for_heap() {
   const auto end = reinterpret_cast<std::uintptr_t>(sbrk(0));
   std::uintptr_t begin = asked_up_to.load(std::memory_order_relaxed);
@@ -51,6 +56,9 @@ void ask_for_heap() {
 }
 #else
 constexpr std::size_t kWorthALook = SIZE_MAX;
+bool grow_narrowly() {
+  return false;
+}
 void ask_for_heap() {}
 #endif
 
@@ -62,6 +70,7 @@ void* operator new(std::size_t size) {
     if (memory == nullptr) memory = std::malloc(size > 0 ? size : 1);
     if (size >= kWorthALook && size < kLarge) ask_for_heap();
     if (memory != nullptr) return memory;
+    if (grow_narrowly()) continue;
     const std::new_handler handler = std::get_new_handler();
     if (handler == nullptr) throw std::bad_alloc();
     handler();
