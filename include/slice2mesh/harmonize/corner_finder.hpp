@@ -194,11 +194,12 @@ protected:
   [[nodiscard]] std::vector<Corner> all_faults() {
     std::vector<Corner> result = sharp_corners();
     if (!(limits_.separate > 0)) return result;
+    const std::size_t corners = result.size();
     for (const auto& [p, place] : places_) {  // in any order
       looked();
       if (!place.standing.empty() && place.panels.size() <= kMostPanels) add_near(p, place.standing, result);
     }
-    sort_and_unite(result);
+    if (result.size() > corners) sort_and_unite(result);
     return result;
   }
   /// Adds what is nearer to a vertex than `separate` and is of a slab next to one of its own, but of neither contour
@@ -238,17 +239,11 @@ protected:
   }
   /// Does a slab have an edge that passes through p, other than (`but`) one that ends in q?
   [[nodiscard]] bool goes_through(std::size_t slab, const GridPoint& p, const GridPoint& q, bool but) {
-    return buckets_.any_on(p, p, std::int64_t(kOn) + 1, [&](std::size_t bucket) {
-      bool through = false;
-      for (std::int32_t i = bucket_[bucket].first; i != kNone && !through; i = entries_[std::size_t(i)].next) {
-        looked();
-        const std::int32_t k = entries_[std::size_t(i)].panel;
-        if (!is_alive(k)) continue;
-        const Panel& panel = panels_[std::size_t(k)];
-        through = std::size_t(panel.first) <= slab && slab <= std::size_t(panel.last) && passes(k, p) &&
-                  !(but && (panel.a == q || panel.b == q));
-      }
-      return through;
+    const std::vector<std::int32_t>& passing = find_passing(p, std::int32_t(slab), std::int32_t(slab), false);
+    return std::any_of(passing.begin(), passing.end(), [&](std::int32_t k) {
+      const Panel& panel = panels_[std::size_t(k)];
+      return std::size_t(panel.first) <= slab && slab <= std::size_t(panel.last) &&
+             !(but && (panel.a == q || panel.b == q));
     });
   }
   /// Faults are found in every bucket that is looked at.

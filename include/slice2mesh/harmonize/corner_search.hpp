@@ -35,7 +35,7 @@ public:
       : outlines_(outlines), slices_(slices), slabs_(slabs), frozen_(frozen), limits_(limits) {}
 
   /// To be called once; as CornerOpener::run. Cost: that, some times where corners are left, and kWork times as many
-  /// edges looked at as there are, in windows.
+  /// edges looked at as there are, in windows, and once kWorkForFew.
   std::vector<Corner> run(std::vector<char>& changed, const std::function<void()>& poll) {
     std::vector<Corner> left = open_one_by_one(changed, poll);
     std::size_t edges = 0;
@@ -114,7 +114,8 @@ private:
     work_left_ -= std::min(work, work_left_);
     return enough;
   }
-  /// Returns the sharp corners that are left there.
+  /// Returns what is left there. `idle`: rounds in a row before this one that gained nothing; after two the sum alone
+  /// counts (see CornerTrial::Keep).
   [[nodiscard]] std::vector<Corner> search_around(const Corner& corner, std::size_t pass, int round, int idle,
                                                   std::vector<char>& changed, const std::function<void()>& poll) {
     // As far as slabs lie on each other.

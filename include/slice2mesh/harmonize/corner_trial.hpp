@@ -48,12 +48,12 @@ public:
   enum class Keep { OwnAndSkew, Own, Nothing };
   /// Where a trial moves something, and how.
   struct Place {
-    OutlineWindow window;  ///< what is there counts
-    OutlineWindow room;    ///< what is there may move, and all it has to do with is in the window
-    GridPoint center;      ///< what moves at random is near to that
-    double clearance = 1;  ///< of that in the limits: what vertices keep from edges, ...
-    double apart = 1;      ///< ... and from each other
-    Keep keep = Keep::OwnAndSkew;
+    OutlineWindow window;          ///< what is there counts
+    OutlineWindow room;            ///< what is there may move, and all it has to do with is in the window
+    GridPoint center;              ///< what moves at random is near to that
+    double clearance = 1;          ///< of that in the limits: what vertices keep from edges, ...
+    double apart = 1;              ///< ... and from each other
+    Keep keep = Keep::OwnAndSkew;  ///< see is_better
   };
   /// One trial. The first ones (`trial` from 0) take losses of some sizes, all others move something at random. Else as
   /// CornerOpener::run; to be called once.
