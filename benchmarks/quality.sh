@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Meshes every slice file of a folder with the default options, with long elements (--size 10h) and with bundles of three slices
-# (--lump 3), and puts the tables of all figures, each beside what it must and should be, into docs/quality.md.
+# Meshes every slice file of a folder with the default options, with long elements (--size 10h), with bundles of three slices
+# (--lump 3) and with columns kept (--keep-columns), and puts the tables of all figures, each beside what it must and should be,
+# into docs/quality.md.
 #
 #   bash benchmarks/quality.sh build/test/src/slice2mesh ../shared/data
 #
@@ -62,6 +63,7 @@ fi
 mesh default
 mesh size10h --size 10h
 mesh lump3 --lump 3
+mesh columns --keep-columns
 python3 "$here/quality_table.py" "$work" "$page"
 echo "$((seen - failed)) runs passed, $failed failed" >&2
 [ "$failed" -eq 0 ]

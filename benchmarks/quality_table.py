@@ -376,7 +376,8 @@ def main():
     text = "Version %s; %d of %d meshes made, %s; times are %s.\n" % (
         version, done, every, "every one certified" if certified else "NOT all certified",
         "of a single run" if repeated == 1 else "medians of %d runs" % repeated)
-    sections = [("default", "Default options", False), ("size10h", "Long elements", True), ("lump3", "Bundles of three slices", False)]
+    sections = [("default", "Default options", False), ("size10h", "Long elements", True),
+                ("lump3", "Bundles of three slices", False), ("columns", "Columns kept", False)]
     summaries = {key: Summary(runs[key], metric) for key, _, metric in sections if key in runs}
     text += "\n" + "".join("* %s: %s\n" % (title, summaries[key].sentence()) for key, title, _ in sections if key in runs)
     done = [run for run in first if run.code == 0]

@@ -209,6 +209,10 @@ void add_meshing_options(CLI::App& app, slice2mesh::Options& options) {
          "Improvement moves no contour vertex (else within --eps, where elements gain)")
       ->group(elements);
 
+  app.add_flag("--keep-columns", options.improve.keep_columns,
+               "Improvement keeps vertical edges where no element at them is bad: prisms, where contours stay the same")
+      ->group(elements);
+
   app.add_flag_callback(
       "--no-finer-slices", [&options] { options.finer_slices = false; },
       "Do not measure what bundles (--lump) lose against all their slices");

@@ -112,6 +112,28 @@ std::size_t meeting_pieces(const PlaneStack& stack) {
   return count;
 }
 
+/// Vertices of a plane, in one order.
+std::set<std::pair<std::int64_t, std::int64_t>> places(const PlaneMesh& plane) {
+  std::set<std::pair<std::int64_t, std::int64_t>> result;
+  for (const GridPoint& p : plane.vertices) result.emplace(p.x, p.y);
+  return result;
+}
+/// Edges of a mesh between vertices that stand above each other, by place and planes.
+std::set<std::tuple<std::size_t, std::int64_t, std::int64_t>> vertical_edges(const Filled& filled) {
+  std::vector<std::pair<std::size_t, GridPoint>> at;  // of the vertices of the complex: plane by plane
+  for (std::size_t k = 0; k < filled.stack.meshes.size(); ++k)
+    for (const GridPoint& p : filled.stack.meshes[k].vertices) at.emplace_back(k, p);
+  REQUIRE(at.size() == filled.mesh.vertices.size());
+  std::set<std::tuple<std::size_t, std::int64_t, std::int64_t>> result;
+  for (const auto& tet : filled.mesh.tets)
+    for (const auto& e : kTetEdgeVertices) {
+      const auto &a = at[std::size_t(tet[e[0]])], &b = at[std::size_t(tet[e[1]])];
+      if (a.first != b.first && a.second == b.second)
+        result.emplace(std::min(a.first, b.first), a.second.x, a.second.y);
+    }
+  return result;
+}
+
 }  // namespace
 
 TEST_CASE("improvement keeps the certificate, the complex and the contours, and makes the elements better") {
@@ -177,6 +199,74 @@ TEST_CASE("every facet of a mesh is a face of a tet, before improvement and afte
   CHECK(inner > 300);
   CHECK(turned > walls / 50);
   CHECK(turned_inner > 10);
+}
+
+TEST_CASE("with keep_columns planes between equal contours stay the same vertex for vertex, unless elements are bad") {
+  ImproveOptions keep;
+  keep.keep_columns = true;
+  std::size_t good = 0, parted = 0, edges = 0;
+  for (std::uint32_t seed = 1; seed <= times(16); ++seed) {
+    INFO("seed " << seed);
+    SliceStack slices = random_stack(seed, 5);
+    for (Layer& layer : slices.layers) layer.polylines = slices.layers.front().polylines;
+    Filled kept = fill(slices);
+    const auto before = vertical_edges(kept);
+    const double worst = measure_quality(kept.mesh).ratio.worst;
+    Filled usual = kept;
+    REQUIRE(improve(kept, keep));
+    REQUIRE(improve(usual));
+    CHECK(certify(kept.mesh, kept.plc).passed());
+    const QualityReport quality = measure_quality(kept.mesh);
+    CHECK(quality.column_share > 0.95);
+    CHECK(quality.ratio.mean < 1.6);
+    CHECK(quality.ratio.worst <= worst);
+    const auto after = vertical_edges(kept);
+    std::size_t lost = 0;
+    for (const auto& edge : before) lost += 1 - after.count(edge);
+    CHECK(lost <= before.size() / 20);
+    edges += before.size();
+    parted += measure_quality(usual.mesh).column_share < 0.7;
+    if (worst > 3) continue;
+    ++good;
+    CHECK(lost == 0);
+    for (std::size_t k = 1; k < kept.stack.meshes.size(); ++k) {
+      const bool same = places(kept.stack.meshes[k]) == places(kept.stack.meshes[0]);
+      CHECK(same);
+    }
+  }
+  CHECK(good >= times(16) / 2);
+  CHECK(parted >= times(16) / 2);
+  CHECK(edges > 200 * times(16));
+}
+
+TEST_CASE("keep_columns keeps most columns where contours change, and still improves what is bad") {
+  std::vector<NamedStack> stacks = generated_stacks();
+  for (std::uint32_t seed = 1; seed <= times(12); ++seed)
+    stacks.push_back({"random stack, seed " + std::to_string(seed), random_stack(seed)});
+  ImproveOptions keep;
+  keep.keep_columns = true;
+  double columns = 0, kept_columns = 0, usual_columns = 0;
+  for (const NamedStack& named : stacks) {
+    INFO(named.name);
+    Filled kept = fill(named.stack);
+    const QualityReport before = measure_quality(kept.mesh);
+    Filled usual = kept;
+    REQUIRE(improve(kept, keep));
+    REQUIRE(improve(usual));
+    const Certificate certificate = certify(kept.mesh, kept.plc);
+    INFO(failures(certificate));
+    CHECK(certificate.passed());
+    CHECK(verify_plc(kept.plc).passed());
+    const QualityReport after = measure_quality(kept.mesh), other = measure_quality(usual.mesh);
+    CHECK(after.ratio.mean <= before.ratio.mean);
+    CHECK(after.ratio.worst <= std::max(8.0, 1.5 * other.ratio.worst));
+    columns += before.column_share;
+    kept_columns += after.column_share;
+    usual_columns += other.column_share;
+  }
+  INFO("columns before " << columns << ", kept " << kept_columns << ", usual " << usual_columns);
+  CHECK(kept_columns > 0.97 * columns);
+  CHECK(kept_columns > 1.7 * usual_columns);
 }
 
 TEST_CASE("improvement turns diagonals of walls, where there is nothing else to change") {

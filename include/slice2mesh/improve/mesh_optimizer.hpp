@@ -54,10 +54,12 @@ public:
     gone_.assign(vertices, kNone);
     // Columns of long elements are worse than kBad, and nothing helps them. Where there is not enough work for all,
     // they would use it up before what can be helped has its turn.
+    const double worse_than_column = kWorseThanColumn * kColumnRatio * stack.size / contours.thickness;
     if (options.most_work < kFullWork * double(graph_.size())) {
-      bad_ = std::max(kBad, kWorseThanColumn * kColumnRatio * stack.size / contours.thickness);
+      bad_ = std::max(kBad, worse_than_column);
       very_bad_ = kVeryBad / kBad * bad_;
     }
+    if (options.keep_columns) kept_ = std::max(bad_, worse_than_column);
     tried_smooth_.assign(vertices, 0);
     tried_pairs_.assign(vertices, 0);
     if (slices != nullptr) {
@@ -89,7 +91,7 @@ public:
         const double flip_floor = begins ? std::max(floor_, kFlippedFirst) : floor_;
         const bool contours = columns_ && round >= kFirstColumnRound,
                    all = !begins && round < first + kColumnRounds + (polishing ? 1 : 0);
-        const double column_floor = all ? floor_ : std::max(floor_, bad_);
+        const double column_floor = std::max({floor_, all ? 0 : bad_, kept_});
         // What is flat has to be flipped before its vertices can do anything; later, smoothing gains most for its work.
         std::size_t done = 0;  // one after the other: the operands of a sum have no order
         if (!polishing) done += flip_round(flip_floor);
@@ -210,11 +212,19 @@ private:
   [[nodiscard]] static bool can_gain(double step, double slope, double current) {
     return step * slope > kLeastGain * current;
   }
+  /// Is the vertex part of a column that is kept, where the worst tet is so bad?
+  [[nodiscard]] bool stays_in_column(std::int32_t v, double worst) const {
+    return worst <= kept_ && graph_.is_in_column(v);
+  }
   /// Looks for a better place: along the contour by pattern search, else down the gradient.
   bool smooth(std::int32_t v) {
     if (kind_[std::size_t(v)] == Kind::Fixed || graph_.star(v).empty()) return false;
-    double current = 0;
-    for (const std::int32_t t : graph_.star(v)) current += improvement_cost(graph_.badness(t));
+    double current = 0, worst = 0;
+    for (const std::int32_t t : graph_.star(v)) {
+      current += improvement_cost(graph_.badness(t));
+      worst = std::max(worst, graph_.badness(t));
+    }
+    if (stays_in_column(v, worst)) return false;
     const double least = (1 - kLeastGain) * current;
     const GridPoint start = point(v);
     star_.take(graph_, v);
@@ -523,7 +533,7 @@ private:
       floor_ = rescued / kVeryBad * very_bad_;
       std::size_t most = 0;
       for (int round = 0; round < kRescueRounds; ++round) {
-        std::size_t done = columns_ ? column_round(floor_) : 0;
+        std::size_t done = columns_ ? column_round(std::max(floor_, kept_)) : 0;
         done += flip_round(floor_);
         done += reconnect_round(floor_);
         done += smooth_round();
@@ -550,6 +560,7 @@ private:
       worst = std::max(worst, graph_.badness(t));
       sum_before += graph_.badness(t) - kGoodRatio;
     }
+    if (stays_in_column(v, worst)) return false;
     const double limit = at_last_ ? worst : std::max(worst, kTolerable);
     for (const std::int32_t t : graph_.star(v)) {
       Tet tet = graph_[t].v;
@@ -731,6 +742,7 @@ private:
   std::vector<std::int32_t> gone_;  // #V, the vertex it went into
   std::unique_ptr<ContourColumns> columns_;
   double bad_ = kBad, very_bad_ = kVeryBad;  // R/3r
+  double kept_ = 0;                          // R/3r; where none is worse, vertices of vertical edges stay
   double floor_ = kBad;                      // R/3r, of what is worked on
   double most_work_ = options_.most_work;    // see exhausted()
   std::int32_t spare_ = kNone;               // a vertex without tets, see add_vertex()

@@ -114,6 +114,15 @@ public:
     xyz_[std::size_t(v)][2] = xyz(other)[2];
   }
 
+  /// Is there a vertical edge at a vertex?
+  [[nodiscard]] bool is_in_column(std::int32_t v) const {
+    const ShortLists::View tets = star(v);
+    return std::any_of(tets.begin(), tets.end(), [&](std::int32_t t) {
+      const Tet& tet = (*this)[t].v;
+      return std::any_of(tet.begin(), tet.end(), [&](std::int32_t u) { return u != v && point(u) == point(v); });
+    });
+  }
+
   // --- tets
   [[nodiscard]] std::size_t size() const { return elements_.size(); }
   [[nodiscard]] const Element& operator[](std::int32_t t) const { return elements_[std::size_t(t)]; }
