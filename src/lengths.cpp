@@ -50,6 +50,23 @@ std::optional<std::pair<std::int32_t, slice2mesh::Length>> parse_part_length(std
   return std::make_pair(part, *length);
 }
 
+std::optional<slice2mesh::RefinedBall> parse_ball(std::string_view text) {
+  slice2mesh::RefinedBall ball;
+  for (double* const number : {&ball.x, &ball.y, &ball.z, &ball.radius}) {
+    const bool last = number == &ball.radius;
+    const bool negative = !text.empty() && text.front() == '-';
+    if (negative) text.remove_prefix(1);
+    const std::optional<double> value = take_number(text);
+    if (!value || text.empty() || text.front() != (last ? ':' : ',')) return std::nullopt;
+    text.remove_prefix(1);
+    *number = negative ? -*value : *value;
+  }
+  const std::optional<slice2mesh::Length> size = parse_length(text);
+  if (ball.radius < 0 || !size || size->value <= 0) return std::nullopt;
+  ball.size = *size;
+  return ball;
+}
+
 std::string to_text(const slice2mesh::Length& length) {
   std::array<char, 32> buffer{};
   const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), length.value);

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "slice2mesh/core/length.hpp"
+#include "slice2mesh/pipeline/options.hpp"
 
 namespace slice2mesh_program {
 
@@ -25,6 +26,9 @@ namespace slice2mesh_program {
 
 /// "7:0.2": a part id, which may be negative, and a length; otherwise nothing.
 [[nodiscard]] std::optional<std::pair<std::int32_t, slice2mesh::Length>> parse_part_length(std::string_view text);
+
+/// "10,-5,2,3:0.5h": center and radius of a ball in mm, and an edge length above 0; otherwise nothing.
+[[nodiscard]] std::optional<slice2mesh::RefinedBall> parse_ball(std::string_view text);
 
 /// How a length is written: "0.1" or "0.1h". The shortest text that gives the same number.
 [[nodiscard]] std::string to_text(const slice2mesh::Length& length);

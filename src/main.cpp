@@ -204,6 +204,23 @@ void add_meshing_options(CLI::App& app, slice2mesh::Options& options) {
   add_number(app, "--improve-work", options.improve.most_work, "The rounds end when so many elements have been rated")
       ->group(elements);
 
+  add_number(app, "--growth", options.size.growth,
+             "Growth of sizes with the distance from contours and from --refine, over that distance")
+      ->group(elements);
+  app.add_option_function<std::vector<std::string>>(
+         "--refine",
+         [&options](const std::vector<std::string>& texts) {
+           for (const std::string& text : texts) {
+             const auto ball = parse_ball(text);
+             if (!ball) throw CLI::ValidationError("--refine", "'" + text + "' is not an X,Y,Z,RADIUS:LENGTH");
+             options.size.refined.push_back(*ball);
+           }
+         },
+         "Edge length in a ball, in mm: X,Y,Z,RADIUS:LENGTH, e.g. 10,5,2,3:0.5h; repeatable")
+      ->type_name("X,Y,Z,RADIUS:LENGTH")
+      ->allow_extra_args(false)
+      ->group(elements);
+
   app.add_flag_callback(
          "--keep-contours", [&options] { options.improve.move_contours = false; },
          "Improvement moves no contour vertex (else within --eps, where elements gain)")

@@ -33,6 +33,13 @@ Json options_json(const slice2mesh::Options& options) {
   };
   Json part_radius = Json::object();
   for (const auto& [part, radius] : options.supports.part_radius) part_radius[std::to_string(part)] = to_text(radius);
+  Json refined = Json::array();
+  for (const slice2mesh::RefinedBall& ball : options.size.refined)
+    refined.push_back({{"x", number(ball.x)},
+                       {"y", number(ball.y)},
+                       {"z", number(ball.z)},
+                       {"radius", number(ball.radius)},
+                       {"size", to_text(ball.size)}});
   return {
       {"slabs",
        {{"z_convention", to_string(options.slabs.z_convention)},
@@ -57,7 +64,9 @@ Json options_json(const slice2mesh::Options& options) {
        {{"size", to_text(options.size.size)},
         {"coarsest", to_text(options.size.coarsest)},
         {"automatic_tets", number(options.size.automatic_tets)},
-        {"contour_size", to_text(options.size.contour_size)}}},
+        {"contour_size", to_text(options.size.contour_size)},
+        {"growth", number(options.size.growth)},
+        {"refined", refined}}},
       {"improve",
        {{"rounds", options.improve.rounds},
         {"target", number(options.improve.target)},

@@ -56,6 +56,21 @@ TEST_CASE("the length of a part has its id before it") {
   }
 }
 
+TEST_CASE("a ball is a center, a radius and a length") {
+  const auto ball = parse_ball("1.5,-2,3,0.5:0.2h");
+  REQUIRE(ball);
+  CHECK((ball->x == 1.5 && ball->y == -2 && ball->z == 3 && ball->radius == 0.5));
+  CHECK(ball->size.value == 0.2);
+  CHECK(ball->size.relative);
+  CHECK(parse_ball("0,0,0,0:1")->size.value == 1);
+  for (const char* text :
+       {"", ":", "1,2,3:1", "1,2,3,4", "1,2,3,4:", "1,2,3,-4:1", "1,2,3,4:0", "1,2,3,4:-1", "1,2,3,4,5:1", "1;2,3,4:1",
+        "1,2,3,4:1,2", " 1,2,3,4:1", "1,,3,4:1", "1,--2,3,4:1", "1,2,3,4:1 "}) {
+    INFO("'" << text << "'");
+    CHECK_FALSE(parse_ball(text));
+  }
+}
+
 TEST_CASE("the text of a length gives the same length again") {
   constexpr std::uint64_t kSeed = 20240611;
   INFO("seed " << kSeed);

@@ -15,6 +15,7 @@
 
 #include "slice2mesh/arrange/outline.hpp"
 #include "slice2mesh/arrange/segment_index.hpp"
+#include "slice2mesh/arrange/size_field.hpp"
 #include "slice2mesh/core/diagnostics.hpp"
 #include "slice2mesh/core/listening_sort.hpp"
 #include "slice2mesh/core/progress.hpp"
@@ -33,6 +34,9 @@ namespace slice2mesh {
 struct HarmonizeOptions {
   double eps = 0;  ///< mm, >= 0: largest deviation from the input, both ways; 0: exact mode, contours stay as they are
   double contour_size = 0;  ///< mm, >= 0: longest edge of a contour; 0: no limit
+  /// Longest edge at a place, x, y, z and result in mm, above 0; where it is less than `contour_size`, edges are split
+  /// in the end.
+  std::function<double(double x, double y, double z)> size_at;
   /// Merge contour vertices that are close, in all slabs (with eps and contour_size above 0).
   bool merge_columns = true;
   /// Open sharp corners between contours of neighboring slabs, as far as eps allows it (where columns are merged).
@@ -85,6 +89,7 @@ inline constexpr double kApartShare = 1.1;        // columns nearer than this to
 inline constexpr double kTidyShare = 4;
 inline constexpr double kCornerClearance = 0.5;    // ... vertices keep this distance from edges, ...
 inline constexpr double kCornerApart = 1.0;        // ... and this one from each other
+inline constexpr double kSplitClearance = 0.5;     // where sizes say so, no vertex is put nearer to another contour
 inline constexpr double kResolutionShare = 0.005;  // resolution of the measured deviation ...
 inline constexpr double kFineShare = 0.0001;       // ... and where that does not tell it from eps
 
@@ -125,13 +130,14 @@ inline constexpr double kFineShare = 0.0001;       // ... and where that does no
   return sharp;
 }
 
-/// Splits edges longer than `longest` pitches (about) where they cross lines x = k step or y = k step, whichever they
-/// cross more steeply. The lines are the same for all slabs: contours that stand above each other, or run side by side,
-/// are split at the same places. From a sharp corner on, both of its edges are split at the same distances from it:
-/// else each split would call for one opposite to it, and in a fan of n edges each of them for n. No split is so near
-/// to another edge that an overlay would take it to lie there: the tip of a region beyond it would vanish.
-inline void subdivide(Outline& outline, double longest, const std::function<void()>& poll = {}) {
-  if (!(longest >= 4 * kBeside) || !(longest < double(kGridLimit))) return;
+/// Splits edges longer than `longest_of(a, b)` pitches (about) where they cross lines x = k step or y = k step,
+/// whichever they cross more steeply. The lines are the same for all slabs: contours that stand above each other, or
+/// run side by side, are split at the same places. From a sharp corner on, both of its edges are split at the same
+/// distances from it: else each split would call for one opposite to it, and in a fan of n edges each of them for n. No
+/// split is so near to another edge that an overlay would take it to lie there: the tip of a region beyond it would
+/// vanish.
+template <class Longest, class Accept>
+void subdivide_by(Outline& outline, Longest&& longest_of, Accept&& accept, const std::function<void()>& poll) {
   constexpr double kSteep = 0.95;  // cosine with an axis; less steep edges are longer between two lines
   constexpr double kStraight = 0.9, kDiagonal = 0.68;  // so their lines are nearer; of the longest edge
   constexpr double kFromEnds = 0.4;                    // of the step; no split nearer to an end
@@ -144,7 +150,7 @@ inline void subdivide(Outline& outline, double longest, const std::function<void
     const Outline::Edge& e = outline.edges[index];
     const GridPoint a = outline.vertices[static_cast<std::size_t>(e.a)],
                     b = outline.vertices[static_cast<std::size_t>(e.b)];
-    const double length = distance(a, b);
+    const double length = distance(a, b), longest = longest_of(a, b);
     splits.clear();
     const auto [sharp_a, sharp_b] = sharp[index];
     if (length > longest && (sharp_a || sharp_b)) {
@@ -183,6 +189,7 @@ inline void subdivide(Outline& outline, double longest, const std::function<void
     std::int32_t last_vertex = e.a;
     for (std::size_t i = 1; i + 1 < points.size(); ++i) {
       listen();
+      if (!accept(points[i])) continue;
       outline.vertices.push_back(points[i]);
       const auto v = static_cast<std::int32_t>(outline.vertices.size()) - 1;
       edges.push_back({last_vertex, v, e.left, e.right});
@@ -203,6 +210,68 @@ inline void subdivide(Outline& outline, double longest, const std::function<void
   }
   outline.edges = std::move(edges);
   normalize(outline, poll);
+}
+
+/// The same with one length for all edges.
+inline void subdivide(Outline& outline, double longest, const std::function<void()>& poll = {}) {
+  if (!(longest >= 4 * kBeside) || !(longest < double(kGridLimit))) return;
+  const auto longest_of = [&](const GridPoint&, const GridPoint&) { return longest; };
+  subdivide_by(
+      outline, longest_of, [](const GridPoint&) { return true; }, poll);
+}
+
+/// Where a vertex may be put beside the contour of a neighboring slab.
+class Neighborhood {
+public:
+  Neighborhood(const Outline& outline, double clearance, Poll& listen)
+      : clearance_(clearance), edges_(outline, &listen), vertices_(points_of(outline), &listen) {}
+  /// Is it a vertex there, or on an edge and away from the vertices, or away from both?
+  [[nodiscard]] bool is_clear(const GridPoint& p, Poll& listen) const {
+    const double from_vertex = vertices_.distance(p, clearance_, &listen);
+    if (from_vertex == 0) return true;
+    if (from_vertex < clearance_) return false;
+    const double from_edge = edges_.distance(p, clearance_, &listen);
+    return from_edge >= clearance_ || from_edge <= kAttachSteps * double(kContourStep);
+  }
+
+private:
+  static std::vector<std::pair<GridPoint, GridPoint>> points_of(const Outline& outline) {
+    std::vector<std::pair<GridPoint, GridPoint>> points;
+    points.reserve(outline.vertices.size());
+    for (const GridPoint& p : outline.vertices) points.emplace_back(p, p);
+    return points;
+  }
+  double clearance_;
+  SegmentIndex edges_, vertices_;
+};
+
+/// Splits the edges of all contours where sizes are below `longest`, as `subdivide` does, with that or a half, a
+/// quarter, and so on of it: the lines of some are lines of the others. No new vertex comes nearer to a vertex or an
+/// edge of the next slab than `clearance`. All in pitches.
+inline void subdivide_by_field(Contours& contours, double longest, double clearance, const SizeField& field,
+                               const std::function<void()>& poll) {
+  if (!(longest >= 4 * kBeside) || !(longest < double(kGridLimit))) return;
+  Poll listen(poll, 1 << 14);
+  for (std::size_t s = 0; s < contours.outlines.size(); ++s) {
+    poll();
+    std::vector<Neighborhood> next;
+    if (lies_on_last(contours.slabs, s)) next.emplace_back(contours.outlines[s - 1], clearance, listen);
+    if (s + 1 < contours.outlines.size() && lies_on_last(contours.slabs, s + 1))
+      next.emplace_back(contours.outlines[s + 1], clearance, listen);
+    const double z = (contours.slabs[s].z_low + contours.slabs[s].z_high) / 2;
+    const auto longest_of = [&](const GridPoint& a, const GridPoint& b) {
+      const double wanted =
+          std::min({field.at(a, z), field.at(b, z), field.at(double(a.x + b.x) / 2, double(a.y + b.y) / 2, z)});
+      double size = longest;
+      while (size > wanted && size >= 8 * kBeside) size /= 2;
+      return size;
+    };
+    const auto accept = [&](const GridPoint& p) {
+      return std::all_of(next.begin(), next.end(), [&](const Neighborhood& n) { return n.is_clear(p, listen); });
+    };
+    subdivide_by(contours.outlines[s], longest_of, accept, poll);
+    normalize(contours.outlines[s], poll);
+  }
 }
 
 /// The contour of a slab that has nothing to be harmonized with.
@@ -432,6 +501,12 @@ inline void open_corners(Contours& contours, const LayerRegions& input, double e
       detail::subdivide(outline, finest, poll);
       detail::normalize(outline, poll);
     }
+  if (options.size_at) {
+    const double begin = std::isfinite(finest) ? finest : detail::largest_extent(result.outlines);
+    detail::subdivide_by_field(result, begin, detail::kSplitClearance * eps,
+                               detail::SizeField(options.size_at, result.grid, detail::smallest_size(result.outlines)),
+                               [&] { report(progress, Stage::Harmonize, 1); });
+  }
   report(progress, Stage::Harmonize, 1);
   return result;
 }

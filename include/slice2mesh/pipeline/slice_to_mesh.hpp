@@ -121,21 +121,11 @@ inline void check_plate(const Options& options, const SlabPlan& plan) {
     throw OptionError("plate.margin", "must be at least twice eps");
 }
 
-/// No element size below this share of the extent: the mesh would have more than 10^12 vertices.
-inline constexpr double kSmallestSize = 1.0 / 1048576;
-
 /// Ends a run before the work where its sizes alone ask for more than the budget has, or than indices of 32 bits can
 /// count: areas and lengths of the contours give a number of vertices and tets that the mesh has at least. Without
 /// this, the points would be made, and memory used up, before the budget is looked at.
 inline void check_sizes(const LayerRegions& regions, const Options& options, const PlaneSizes& sizes) {
-  GridPoint low{kGridLimit, kGridLimit}, high{-kGridLimit, -kGridLimit};
-  for (const Outline& outline : regions.outlines)
-    for (const GridPoint& p : outline.vertices) {
-      low = {std::min(low.x, p.x), std::min(low.y, p.y)};
-      high = {std::max(high.x, p.x), std::max(high.y, p.y)};
-    }
-  const double smallest =
-      kSmallestSize * static_cast<double>(std::max(high.x - low.x, high.y - low.y)) * regions.grid.pitch;
+  const double smallest = smallest_size(regions.outlines) * regions.grid.pitch;
   if (!(sizes.size >= smallest)) throw OptionError("size.size", "is below 2^-20 of the extent of the part");
   if (options.size.contour_size.value > 0 && !(sizes.contour_size >= smallest))
     throw OptionError("size.contour_size", "is below 2^-20 of the extent of the part");
@@ -227,6 +217,7 @@ SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& o
   HarmonizeOptions harmonize_options;
   harmonize_options.eps = options.eps.in_mm(plan.thickness);
   harmonize_options.contour_size = sizes.contour_size;
+  harmonize_options.size_at = sizes.size_at;
   Contours contours = harmonize(regions, harmonize_options, result.diagnostics, progress);
   slice2mesh::report(progress, Stage::Harmonize, 1);
   report.separation = measure_separation(contours, progress);

@@ -86,13 +86,13 @@ struct SizeSource {
   return sources;
 }
 
-/// Where a size that grows by `kGrowth` of the distance from its sources is below a limit.
+/// Where a size that grows by a share of the distance from its sources is below a limit.
 class GradedSizes {
 public:
   /// `sources`: the smallest first; of those nearer to each other than `spacing` (pitches, > 0) only the first counts.
-  /// `limit`: pitches, > 0.
-  GradedSizes(const std::vector<SizeSource>& sources, double limit, double spacing, Poll& listen)
-      : reach_(limit / kGrowth), limit_(limit) {
+  /// `limit`: pitches, > 0. `growth`: that share, > 0.
+  GradedSizes(const std::vector<SizeSource>& sources, double limit, double spacing, double growth, Poll& listen)
+      : reach_(limit / growth), limit_(limit), growth_(growth) {
     SpacedPoints taken(std::max(1.0, spacing));
     for (const SizeSource& source : sources) {
       listen();
@@ -107,7 +107,7 @@ public:
   [[nodiscard]] bool is_below(const GridPoint& p) const {
     const auto it = near_.find(cell_of(p));
     return it != near_.end() && std::any_of(it->second.begin(), it->second.end(), [&](const SizeSource& source) {
-             return source.size + kGrowth * distance(source.at, p) < limit_;
+             return source.size + growth_ * distance(source.at, p) < limit_;
            });
   }
   /// Squares, of which no two overlap, that hold all of these places: the lower left corners, sorted, in `side()`.
@@ -125,12 +125,10 @@ public:
   [[nodiscard]] double side() const { return reach_; }
 
 private:
-  static constexpr double kGrowth = 0.5;  // of the size over the distance
-
   [[nodiscard]] GridPoint cell_of(const GridPoint& p) const {
     return {std::int64_t(std::floor(double(p.x) / reach_)), std::int64_t(std::floor(double(p.y) / reach_))};
   }
-  double reach_, limit_;
+  double reach_, limit_, growth_;
   std::unordered_map<GridPoint, std::vector<SizeSource>, GridHash> near_;  // a square, and what may matter there
 };
 

@@ -8,8 +8,10 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
+#include "slice2mesh/arrange/size_field.hpp"
 #include "slice2mesh/core/diagnostics.hpp"
 #include "slice2mesh/core/progress.hpp"
 #include "slice2mesh/harmonize/harmonize.hpp"
@@ -24,7 +26,43 @@ namespace slice2mesh {
 struct PlaneSizes {
   double size = 0;          ///< mm, > 0: edge length in the interior
   double contour_size = 0;  ///< mm, > 0: longest edge of a contour
+  double growth = 0.5;      ///< > 0: of sizes over the distance from what they grow from
+  /// The edge length wanted at a place, all in mm, from `SizeOptions::refined` and `size_at`; empty: everywhere the
+  /// same.
+  std::function<double(double x, double y, double z)> size_at;
 };
+
+namespace detail {
+
+/// One function for all that says where elements are smaller. Errors: OptionError.
+[[nodiscard]] inline std::function<double(double, double, double)> combined_sizes(const SizeOptions& options,
+                                                                                  double thickness) {
+  struct Ball {
+    double x, y, z, radius, size;
+  };
+  std::vector<Ball> balls;
+  for (const RefinedBall& ball : options.refined) {
+    const double size = ball.size.in_mm(thickness);
+    if (!(size > 0) || !std::isfinite(size))
+      throw OptionError("size.refined", "a size must be a finite length above 0");
+    if (!(ball.radius >= 0) || !std::isfinite(ball.radius) || !std::isfinite(ball.x) || !std::isfinite(ball.y) ||
+        !std::isfinite(ball.z))
+      throw OptionError("size.refined", "a ball must have a finite center and a finite radius, 0 or more");
+    balls.push_back({ball.x, ball.y, ball.z, ball.radius, size});
+  }
+  if (balls.empty()) return options.size_at;
+  return [balls, growth = options.growth, more = options.size_at](double x, double y, double z) {
+    double size = more ? more(x, y, z) : HUGE_VAL;
+    for (const Ball& b : balls) {
+      const double d = std::hypot(x - b.x, y - b.y, z - b.z) - b.radius;
+      const double here = b.size + growth * std::max(0.0, d);
+      if (!(size <= here)) size = std::isnan(size) ? size : here;
+    }
+    return size;
+  };
+}
+
+}  // namespace detail
 
 /// The sizes in mm that the options mean for regions.
 /// Errors: OptionError for sizes that are not finite or below 0. Cost: linear.
@@ -37,6 +75,9 @@ struct PlaneSizes {
   sizes.contour_size = options.contour_size.in_mm(thickness);
   if (!(sizes.contour_size >= 0) || !std::isfinite(sizes.contour_size))
     throw OptionError("size.contour_size", "must be a finite length, 0 or more");
+  if (!(options.growth >= 0.05 && options.growth <= 10)) throw OptionError("size.growth", "must be from 0.05 to 10");
+  sizes.growth = options.growth;
+  sizes.size_at = detail::combined_sizes(options, thickness);
   if (sizes.size == 0) {
     const double coarsest = options.coarsest.in_mm(thickness);
     if (!(coarsest > 0) || !std::isfinite(coarsest))
@@ -77,19 +118,23 @@ struct PlaneStack {
   stack.size = sizes.size;
   const auto planes = plane_slabs(contours.slabs, stack.slab_planes);
   std::int64_t vertices = 0;
+  std::optional<detail::SizeField> field;
+  if (sizes.size_at) field.emplace(sizes.size_at, contours.grid, detail::smallest_size(contours.outlines));
   for (std::size_t k = 0; k < planes.size(); ++k) {
     const std::function<void()> poll = [&] { report(progress, Stage::Triangulate, double(k) / double(planes.size())); };
     poll();
     InterfacePlane plane = lift(contours, planes[k].first, planes[k].second, poll);
     PlaneRefinement refinement;
+    if (budget.max_vertices > 0)
+      refinement.max_vertices = static_cast<std::size_t>(std::max<std::int64_t>(1, budget.max_vertices - vertices));
     refinement.interior = interior_points(contours, planes[k].first, planes[k].second,
-                                          {sizes.size / pitch, sizes.contour_size / pitch}, poll);
+                                          {sizes.size / pitch, sizes.contour_size / pitch, sizes.growth,
+                                           field ? &*field : nullptr, refinement.max_vertices},
+                                          poll);
     refinement.poll = poll;
     // In exact mode contours have angles and distances of any smallness: there is no shape to refine for.
     refinement.radius_edge_ratio = contours.eps > 0 ? kRadiusEdgeRatio : 0;
     refinement.shortest = kShortestShare * contours.thickness / pitch;
-    if (budget.max_vertices > 0)
-      refinement.max_vertices = static_cast<std::size_t>(std::max<std::int64_t>(1, budget.max_vertices - vertices));
     {
       detail::PlaneMesher mesher(std::move(plane), std::move(refinement));
       mesher.run();
