@@ -119,12 +119,14 @@ TEST_CASE("a function that asks for nothing smaller changes nothing, and one of 
 TEST_CASE("in balls elements are as small as asked for, and sizes grow from them and from contours as fast as said") {
   Options options;
   options.size.size = Length::mm(1);
-  const std::size_t usual = slice_to_mesh(block(), options).mesh.tets.size();
-  options.size.refined.push_back({6, 3, 1, 1.5, Length::layers(0.5)});
-  std::size_t last = std::numeric_limits<std::size_t>::max();
+  const RefinedBall ball{6, 3, 1, 1.5, Length::layers(0.5)};
+  std::size_t last = 1000000000, last_more = last;
   for (const double growth : {0.1, 0.5, 2.0}) {
     INFO("growth " << growth);
     options.size.growth = growth;
+    options.size.refined.clear();
+    const std::size_t without = slice_to_mesh(block(), options).mesh.tets.size();
+    options.size.refined.push_back(ball);
     const Result result = slice_to_mesh(block(), options);
     CHECK(result.report.certificate.passed());
     const std::vector<EdgeLength> edges = horizontal_edges(result.mesh);
@@ -132,13 +134,12 @@ TEST_CASE("in balls elements are as small as asked for, and sizes grow from them
     const double inside = mean_length(edges, [&](const EdgeLength& e) { return from_center(e) < 1.5; });
     CHECK(inside > 0.15);
     CHECK(inside < 0.33);
-    CHECK(result.mesh.tets.size() < last);
-    last = result.mesh.tets.size();
+    CHECK(10 * without < 9 * last);
+    last = without;
+    const std::size_t more = result.mesh.tets.size() - without;
+    CHECK(10 * more < 9 * last_more);
+    last_more = more;
   }
-  CHECK(last > usual);
-  options.size.refined.clear();
-  const std::size_t coarser = slice_to_mesh(block(), options).mesh.tets.size();
-  CHECK(coarser < usual);
 }
 
 TEST_CASE("meshes of random stacks with random balls are certified, within the tolerance, and contours stay apart") {

@@ -77,11 +77,10 @@ struct InteriorSizes {
     const Outline& outline = contours.outlines[std::size_t(s)];
     const auto segments = detail::SegmentIndex::segments_of(outline);
     next.insert(next.end(), segments.begin(), segments.end());
+    const double limit = kImprintFromContour * sizes.contour_size;
     for (const GridPoint& p : outline.vertices) {
       listen();
-      const double here = sizes.field ? std::min(sizes.contour_size, sizes.field->at(p, z)) : sizes.contour_size;
-      const double limit = kImprintFromContour * here;
-      if (own_index.distance(p, limit) < limit || !taken.clear(p, here * kImprintSpacing)) continue;
+      if (own_index.distance(p, limit) < limit || !taken.clear(p, sizes.contour_size * kImprintSpacing)) continue;
       taken.add(p);
       result.push_back(p);
     }
