@@ -30,7 +30,7 @@ double nearest(const GridPoint& p, const std::vector<GridPoint>& points) {
 
 }  // namespace
 
-TEST_CASE("graded sizes are the smallest size of a source plus half of the distance from it") {
+TEST_CASE("graded sizes are the smallest size of a source plus a share of the distance from it") {
   std::size_t below = 0, above = 0, in_squares = 0;
   for (std::uint32_t seed = 1; seed <= 20; ++seed) {
     CAPTURE(seed);
@@ -40,16 +40,16 @@ TEST_CASE("graded sizes are the smallest size of a source plus half of the dista
     std::vector<detail::SizeSource> sources;
     for (int i = 0; i < 40; ++i) sources.push_back({{place(random), place(random)}, size(random)});
     std::sort(sources.begin(), sources.end());
-    const double limit = 20000;
+    const double limit = 20000, growth = seed % 2 == 0 ? 0.5 : 0.25 * (1 + seed % 8);
     detail::Poll listen(kNobody, 1);
-    const detail::GradedSizes graded(sources, limit, 1, listen);
+    const detail::GradedSizes graded(sources, limit, 1, growth, listen);
     const std::vector<GridPoint> squares = graded.squares(listen);
     REQUIRE(std::set<GridPoint>(squares.begin(), squares.end()).size() == squares.size());
     for (int i = 0; i < 2000; ++i) {
       const GridPoint p{place(random), place(random)};
       double least = HUGE_VAL;
       for (const detail::SizeSource& source : sources)
-        least = std::min(least, source.size + detail::distance(source.at, p) / 2);
+        least = std::min(least, source.size + growth * detail::distance(source.at, p));
       REQUIRE(graded.is_below(p) == (least < limit));
       ++(least < limit ? below : above);
       if (least >= limit) continue;
@@ -67,7 +67,7 @@ TEST_CASE("graded sizes are the smallest size of a source plus half of the dista
 TEST_CASE("of sources that are near to each other the smallest counts") {
   detail::Poll listen(kNobody, 1);
   const std::vector<detail::SizeSource> sources{{{0, 0}, 10}, {{50, 0}, 20}, {{1000, 0}, 30}};
-  const detail::GradedSizes all(sources, 100, 1, listen), few(sources, 100, 60, listen);
+  const detail::GradedSizes all(sources, 100, 1, 0.5, listen), few(sources, 100, 60, 0.5, listen);
   const GridPoint p{200, 0};  // 20 + 75 from the second, 10 + 100 from the first
   CHECK(all.is_below(p));
   CHECK_FALSE(few.is_below(p));
