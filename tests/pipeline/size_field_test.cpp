@@ -177,10 +177,9 @@ TEST_CASE("sizes without sense are errors that name the option, and a budget end
     INFO(size);
     CHECK(option_of(with([=](Options& o) { o.size.size_at = [=](double, double, double) { return size; }; })) ==
           "size.size_at");
-    if (!(size > 0))
-      CHECK(option_of(with([=](Options& o) {
-              o.size.refined.push_back({0, 0, 0, 1, Length::mm(size)});
-            })) == "size.refined");
+    CHECK(option_of(with([=](Options& o) {
+            o.size.refined.push_back({0, 0, 0, 1, Length::mm(size)});
+          })) == "size.refined");
   }
   CHECK(option_of(with([](Options& o) { o.size.refined.push_back({0, 0, 0, -1, Length::mm(1)}); })) == "size.refined");
   CHECK(option_of(with([](Options& o) {

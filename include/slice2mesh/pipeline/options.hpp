@@ -111,8 +111,9 @@ struct SizeOptions {
   double growth = 0.5;
   std::vector<RefinedBall> refined;  ///< where elements are smaller
   /// The edge length wanted at (x, y, z) in mm, coordinates of the slices, z between the planes too: mm, > 0, what is
-  /// above `size` counts as that. Where it does not depend on z, planes keep to one lattice. It is called often, and
-  /// looked at about every `size`: it should change by less than half of the distance.
+  /// above `size` counts as that. Where it does not depend on z, planes keep to one lattice. It is called often,
+  /// all over the box around the part, and looked at about every `size`: it should change by less than half of the
+  /// distance.
   std::function<double(double x, double y, double z)> size_at;
 };
 

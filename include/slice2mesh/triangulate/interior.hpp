@@ -131,22 +131,22 @@ struct InteriorSizes {
     constexpr double kSteepest = 0.5;  // change of a field over the distance, unless it grows faster from balls
     const double steepest = std::max(kSteepest, sizes.growth);
     std::vector<Square> squares, smaller;
+    const auto add = [&](std::vector<Square>& to, const Square& q, double side) {
+      listen();
+      const double center = sizes.field->at(q.x + side / 2, q.y + side / 2, z);
+      if (center - steepest * side * std::sqrt(0.5) < kFineBelow * side) to.push_back(q);
+    };
     double side = sizes.size;
     for (double y = std::floor(double(low.y) / side) * side; y < double(high.y); y += side)
-      for (double x = std::floor(double(low.x) / side) * side; x < double(high.x); x += side) {
-        listen();
-        squares.push_back({x, y});
-      }
+      for (double x = std::floor(double(low.x) / side) * side; x < double(high.x); x += side)
+        add(squares, {x, y}, side);
     for (double n = 2; !squares.empty(); n *= 2, side /= 2, squares.swap(smaller)) {
       const double limit = kFineBelow * side;
       smaller.clear();
       for (const Square& q : squares) {
-        listen();
-        const double center = sizes.field->at(q.x + side / 2, q.y + side / 2, z);
-        if (!(center - steepest * side * std::sqrt(0.5) < limit)) continue;
         choose(n, q.x, q.y, q.x + side, q.y + side, [&](const GridPoint& p) { return sizes.field->at(p, z) < limit; });
         for (const double dx : {0.0, side / 2})
-          for (const double dy : {0.0, side / 2}) smaller.push_back({q.x + dx, q.y + dy});
+          for (const double dy : {0.0, side / 2}) add(smaller, {q.x + dx, q.y + dy}, side / 2);
       }
     }
   }

@@ -34,9 +34,10 @@ struct PlaneSizes {
 
 namespace detail {
 
-/// One function for all that says where elements are smaller. Errors: OptionError.
+/// One function for all that says where elements are smaller. `smallest`: mm, that balls may ask for. Errors:
+/// OptionError.
 [[nodiscard]] inline std::function<double(double, double, double)> combined_sizes(const SizeOptions& options,
-                                                                                  double thickness) {
+                                                                                  double thickness, double smallest) {
   struct Ball {
     double x, y, z, radius, size;
   };
@@ -45,6 +46,7 @@ namespace detail {
     const double size = ball.size.in_mm(thickness);
     if (!(size > 0) || !std::isfinite(size))
       throw OptionError("size.refined", "a size must be a finite length above 0");
+    if (!(size >= smallest)) throw OptionError("size.refined", "a size is below 2^-20 of the extent of the part");
     if (!(ball.radius >= 0) || !std::isfinite(ball.radius) || !std::isfinite(ball.x) || !std::isfinite(ball.y) ||
         !std::isfinite(ball.z))
       throw OptionError("size.refined", "a ball must have a finite center and a finite radius, 0 or more");
@@ -77,7 +79,8 @@ namespace detail {
     throw OptionError("size.contour_size", "must be a finite length, 0 or more");
   if (!(options.growth >= 0.05 && options.growth <= 10)) throw OptionError("size.growth", "must be from 0.05 to 10");
   sizes.growth = options.growth;
-  sizes.size_at = detail::combined_sizes(options, thickness);
+  sizes.size_at =
+      detail::combined_sizes(options, thickness, detail::smallest_size(regions.outlines) * regions.grid.pitch);
   if (sizes.size == 0) {
     const double coarsest = options.coarsest.in_mm(thickness);
     if (!(coarsest > 0) || !std::isfinite(coarsest))
