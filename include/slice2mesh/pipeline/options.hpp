@@ -94,7 +94,9 @@ struct BasePlateOptions {
 
 /// A ball with smaller elements. Outside of it sizes grow with the distance (`SizeOptions::growth`).
 struct RefinedBall {
-  double x = 0, y = 0, z = 0;       ///< mm, center
+  double x = 0;                     ///< mm, center
+  double y = 0;                     ///< mm, center
+  double z = 0;                     ///< mm, center
   double radius = 0;                ///< mm, >= 0
   Length size = Length::layers(1);  ///< horizontal edge length, > 0
 };
