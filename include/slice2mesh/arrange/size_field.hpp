@@ -44,7 +44,7 @@ public:
       : size_at_(std::move(size_at)), grid_(grid), smallest_(smallest) {}
   /// The edge length wanted at a point in pitches, at a height in mm; may be infinite.
   /// Errors: OptionError where the function gives less than it may, or no number.
-  [[nodiscard]] double at(double x, double y, double z) const {
+  [[nodiscard]] double wanted_at(double x, double y, double z) const {
     const double x_mm = (static_cast<double>(grid_.origin_x) + x) * grid_.pitch,
                  y_mm = (static_cast<double>(grid_.origin_y) + y) * grid_.pitch;
     const double size = size_at_(x_mm, y_mm, z) / grid_.pitch;
@@ -54,8 +54,8 @@ public:
                                             ")");
     return size;
   }
-  [[nodiscard]] double at(const GridPoint& p, double z) const {
-    return at(static_cast<double>(p.x), static_cast<double>(p.y), z);
+  [[nodiscard]] double wanted_at(const GridPoint& p, double z) const {
+    return wanted_at(static_cast<double>(p.x), static_cast<double>(p.y), z);
   }
 
 private:

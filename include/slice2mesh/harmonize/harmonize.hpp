@@ -260,8 +260,8 @@ inline void subdivide_by_field(Contours& contours, double longest, double cleara
       next.emplace_back(contours.outlines[s + 1], clearance, listen);
     const double z = (contours.slabs[s].z_low + contours.slabs[s].z_high) / 2;
     const auto longest_of = [&](const GridPoint& a, const GridPoint& b) {
-      const double wanted =
-          std::min({field.at(a, z), field.at(b, z), field.at(double(a.x + b.x) / 2, double(a.y + b.y) / 2, z)});
+      const double wanted = std::min({field.wanted_at(a, z), field.wanted_at(b, z),
+                                      field.wanted_at(double(a.x + b.x) / 2, double(a.y + b.y) / 2, z)});
       double size = longest;
       while (size > wanted && size >= 8 * kBeside) size /= 2;
       return size;

@@ -92,6 +92,9 @@ struct BasePlateOptions {
   std::int32_t slabs = 0;  ///< number of slabs of equal height, >= 0; 0: higher ones the deeper they lie
 };
 
+/// A length in mm at a place x, y, z in mm.
+using SizeFunction = std::function<double(double x, double y, double z)>;
+
 /// A ball with smaller elements. Outside of it sizes grow with the distance (`SizeOptions::growth`).
 struct RefinedBall {
   double x = 0;                     ///< mm, center
@@ -109,14 +112,14 @@ struct SizeOptions {
   Length coarsest = Length::layers(40);  ///< of the automatic size, > 0
   double automatic_tets = 4e6;           ///< number of tets that the automatic size aims to stay below, > 0
   Length contour_size = Length::mm(0);   ///< longest edge of a contour; 0: chosen from `size` and the layer thickness
-  /// By how much sizes grow with the distance from contours and from `refined`, over that distance, 0.05 to 10.
+  /// Growth of sizes with the distance from contours and from `refined`, as a ratio to it, 0.05 to 10.
   double growth = 0.5;
-  std::vector<RefinedBall> refined;  ///< where elements are smaller
+  std::vector<RefinedBall> refined;  ///< any number: where elements are smaller
   /// The edge length wanted at (x, y, z) in mm, coordinates of the slices, z between the planes too: mm, > 0, what is
   /// above `size` counts as that. Where it does not depend on z, planes keep to one lattice. It is called often,
   /// all over the box around the part, and looked at about every `size`: it should change by less than half of the
   /// distance.
-  std::function<double(double x, double y, double z)> size_at;
+  SizeFunction size_at;
 };
 
 /// Improvement of the elements.

@@ -28,16 +28,16 @@ namespace slice2mesh {
 struct InteriorSizes {
   double size = 0;                           ///< pitches, > 0: spacing of the lattice
   double contour_size = 0;                   ///< pitches, > 0: spacing along contours
-  double growth = 0.5;                       ///< > 0: of sizes over the distance from contours
+  double growth = 0.5;                       ///< > 0, ratio of the growth of sizes to the distance from contours
   const detail::SizeField* field = nullptr;  ///< where points are nearer to each other than that
   std::size_t most = 0;                      ///< vertices that the plane may have; 0: any number
 };
 
 /// Candidates for the interior vertices of the plane between the slabs of index `slab_below` and `slab_above` (kNone:
 /// none): any number. A pure function of the contours of these slabs and the next ones. Neighboring planes get the same
-/// points wherever all their contours are far enough, and a field does not depend on the height. Errors: BudgetError.
-/// `poll` is called now and then; what it throws ends the work.
-/// Precondition: the indices are slabs of the contours, the sizes above 0 (not checked). Cost: O(n log n).
+/// points wherever all their contours are far enough, and a field does not depend on the height. Errors: BudgetError,
+/// OptionError of the field. `poll` is called now and then; what it throws ends the work. Precondition: the indices are
+/// slabs of the contours, the sizes above 0 (not checked). Cost: O(n log n).
 [[nodiscard]] inline std::vector<GridPoint> interior_points(const Contours& contours, std::int32_t slab_below,
                                                             std::int32_t slab_above, const InteriorSizes& asked,
                                                             const std::function<void()>& poll = {}) {
@@ -130,10 +130,11 @@ struct InteriorSizes {
     };
     constexpr double kSteepest = 0.5;  // change of a field over the distance, unless it grows faster from balls
     const double steepest = std::max(kSteepest, sizes.growth);
+    const detail::SizeField& field = *sizes.field;
     std::vector<Square> squares, smaller;
     const auto add = [&](std::vector<Square>& to, const Square& q, double side) {
       listen();
-      const double center = sizes.field->at(q.x + side / 2, q.y + side / 2, z);
+      const double center = field.wanted_at(q.x + side / 2, q.y + side / 2, z);
       if (center - steepest * side * std::sqrt(0.5) < kFineBelow * side) to.push_back(q);
     };
     double side = sizes.size;
@@ -144,7 +145,7 @@ struct InteriorSizes {
       const double limit = kFineBelow * side;
       smaller.clear();
       for (const Square& q : squares) {
-        choose(n, q.x, q.y, q.x + side, q.y + side, [&](const GridPoint& p) { return sizes.field->at(p, z) < limit; });
+        choose(n, q.x, q.y, q.x + side, q.y + side, [&](const GridPoint& p) { return field.wanted_at(p, z) < limit; });
         for (const double dx : {0.0, side / 2})
           for (const double dy : {0.0, side / 2}) add(smaller, {q.x + dx, q.y + dy}, side / 2);
       }

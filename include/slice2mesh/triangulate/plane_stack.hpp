@@ -26,18 +26,17 @@ namespace slice2mesh {
 struct PlaneSizes {
   double size = 0;          ///< mm, > 0: edge length in the interior
   double contour_size = 0;  ///< mm, > 0: longest edge of a contour
-  double growth = 0.5;      ///< > 0: of sizes over the distance from what they grow from
+  double growth = 0.5;      ///< > 0, ratio of the growth of sizes to the distance from what they grow from
   /// The edge length wanted at a place, all in mm, from `SizeOptions::refined` and `size_at`; empty: everywhere the
   /// same.
-  std::function<double(double x, double y, double z)> size_at;
+  SizeFunction size_at;
 };
 
 namespace detail {
 
 /// One function for all that says where elements are smaller. `smallest`: mm, that balls may ask for. Errors:
 /// OptionError.
-[[nodiscard]] inline std::function<double(double, double, double)> combined_sizes(const SizeOptions& options,
-                                                                                  double thickness, double smallest) {
+[[nodiscard]] inline SizeFunction combined_sizes(const SizeOptions& options, double thickness, double smallest) {
   struct Ball {
     double x, y, z, radius, size;
   };
@@ -112,7 +111,8 @@ struct PlaneStack {
 
 /// Conforming, graded triangulations of all planes. Each is a pure function of the contours of at most four slabs.
 /// Precondition: `sizes` above 0 and finite, as `resolve_sizes` gives them (not checked). Errors:
-/// TetrahedralizationError where something of a slice is so thin that it vanishes in a plane, BudgetError, Cancelled.
+/// TetrahedralizationError where something of a slice is so thin that it vanishes in a plane, BudgetError, Cancelled,
+/// OptionError where `size_at` gives no size.
 /// Cost: O(n log n) per plane.
 [[nodiscard]] inline PlaneStack triangulate_planes(const Contours& contours, const PlaneSizes& sizes,
                                                    const Budget& budget = {}, const Progress& progress = {}) {
