@@ -7,7 +7,7 @@
 #
 # --parts         only the modules that are quick to compile: those that read, write and check
 # --fuzz SECONDS  then run every fuzz target for so long with new inputs, one per processor at a time (where Clang is installed);
-#                 0: for half a minute to two minutes each, with the same inputs every time
+#                 0: a fixed number of inputs, the same every time
 #
 # What is left out is printed: tests labelled slow, external and corpus, and those that compile projects or check texts.
 #
