@@ -41,6 +41,22 @@ CLI::Option* add_parsed(CLI::App& app, const std::string& name, Value& value, Pa
   return option;
 }
 
+// The same for an option that may be given several times: `take` gets each of the values.
+template <class Parse, class Take>
+CLI::Option* add_each(CLI::App& app, const std::string& name, Parse parse, Take take, const std::string& type,
+                      const std::string& text) {
+  const auto take_all = [parse, take, name, type](const std::vector<std::string>& given) {
+    for (const std::string& one : given) {
+      const auto parsed = parse(one);
+      if (!parsed) throw CLI::ValidationError(name, "'" + one + "' is not a " + type);
+      take(*parsed);
+    }
+  };
+  return app.add_option_function<std::vector<std::string>>(name, take_all, text)
+      ->type_name(type)
+      ->allow_extra_args(false);
+}
+
 CLI::Option* add_length(CLI::App& app, const std::string& name, Length& value, const std::string& text) {
   return add_parsed(app, name, value, parse_length, "LENGTH", text, to_text(value));
 }
@@ -137,18 +153,10 @@ void add_meshing_options(CLI::App& app, slice2mesh::Options& options) {
   const std::string supports = "Supports (open lines)";
   add_length(app, "--support-radius", options.supports.radius, "Half the width of a line; 0: left out")
       ->group(supports);
-  app.add_option_function<std::vector<std::string>>(
-         "--support-radius-of",
-         [&options](const std::vector<std::string>& given) {
-           for (const std::string& text : given) {
-             const auto radius = parse_part_length(text);
-             if (!radius) throw CLI::ValidationError("--support-radius-of", "'" + text + "' is not a PART:LENGTH");
-             options.supports.part_radius[radius->first] = radius->second;
-           }
-         },
-         "The same for the lines of one part id (7:0.2), in place of --support-radius; repeatable")
-      ->type_name("PART:LENGTH")
-      ->allow_extra_args(false)
+  add_each(
+      app, "--support-radius-of", parse_part_length,
+      [&options](const auto& of_part) { options.supports.part_radius[of_part.first] = of_part.second; }, "PART:LENGTH",
+      "The same for the lines of one part id (7:0.2), in place of --support-radius; repeatable")
       ->group(supports);
   add_choice<LineCap>(app, "--support-cap", options.supports.cap,
                       {{"round", LineCap::Round}, {"square", LineCap::Square}, {"flat", LineCap::Flat}},
@@ -207,18 +215,10 @@ void add_meshing_options(CLI::App& app, slice2mesh::Options& options) {
   add_number(app, "--growth", options.size.growth,
              "Growth of sizes with the distance from contours and from --refine, over that distance")
       ->group(elements);
-  app.add_option_function<std::vector<std::string>>(
-         "--refine",
-         [&options](const std::vector<std::string>& texts) {
-           for (const std::string& text : texts) {
-             const auto ball = parse_ball(text);
-             if (!ball) throw CLI::ValidationError("--refine", "'" + text + "' is not an X,Y,Z,RADIUS:LENGTH");
-             options.size.refined.push_back(*ball);
-           }
-         },
-         "Edge length in a ball, in mm: X,Y,Z,RADIUS:LENGTH, e.g. 10,5,2,3:0.5h; repeatable")
-      ->type_name("X,Y,Z,RADIUS:LENGTH")
-      ->allow_extra_args(false)
+  add_each(
+      app, "--refine", parse_ball,
+      [&options](const slice2mesh::RefinedBall& ball) { options.size.refined.push_back(ball); }, "X,Y,Z,RADIUS:LENGTH",
+      "Edge length in a ball, in mm (10,5,2,3:0.5h); repeatable")
       ->group(elements);
 
   app.add_flag_callback(

@@ -25,6 +25,13 @@ using namespace slice2mesh_test;
 
 namespace {
 
+std::vector<NamedStack> generated_and_random_stacks(std::uint32_t random) {
+  std::vector<NamedStack> stacks = generated_stacks();
+  for (std::uint32_t seed = 1; seed <= random; ++seed)
+    stacks.push_back({"random stack, seed " + std::to_string(seed), random_stack(seed)});
+  return stacks;
+}
+
 struct Filled {
   Chain chain;
   PlaneStack stack;
@@ -137,9 +144,7 @@ std::set<std::tuple<std::size_t, std::int64_t, std::int64_t>> vertical_edges(con
 }  // namespace
 
 TEST_CASE("improvement keeps the certificate, the complex and the contours, and makes the elements better") {
-  std::vector<NamedStack> stacks = generated_stacks();
-  for (std::uint32_t seed = 1; seed <= times(30); ++seed)
-    stacks.push_back({"random stack, seed " + std::to_string(seed), random_stack(seed)});
+  std::vector<NamedStack> stacks = generated_and_random_stacks(times(30));
   ImproveOptions keep;
   keep.move_contours = false;
   std::size_t better = 0;
@@ -163,9 +168,7 @@ TEST_CASE("improvement keeps the certificate, the complex and the contours, and 
 }
 
 TEST_CASE("every facet of a mesh is a face of a tet, before improvement and after it, also on walls between regions") {
-  std::vector<NamedStack> stacks = generated_stacks();
-  for (std::uint32_t seed = 1; seed <= times(30); ++seed)
-    stacks.push_back({"random stack, seed " + std::to_string(seed), random_stack(seed)});
+  std::vector<NamedStack> stacks = generated_and_random_stacks(times(30));
   for (NamedStack& stack : two_part_stacks()) stacks.push_back(std::move(stack));
   std::size_t walls = 0, inner = 0, turned = 0, turned_inner = 0;
   for (const NamedStack& named : stacks) {
@@ -240,9 +243,7 @@ TEST_CASE("with keep_columns planes between equal contours stay the same vertex 
 }
 
 TEST_CASE("keep_columns keeps most columns where contours change, and still improves what is bad") {
-  std::vector<NamedStack> stacks = generated_stacks();
-  for (std::uint32_t seed = 1; seed <= times(12); ++seed)
-    stacks.push_back({"random stack, seed " + std::to_string(seed), random_stack(seed)});
+  std::vector<NamedStack> stacks = generated_and_random_stacks(times(12));
   ImproveOptions keep;
   keep.keep_columns = true;
   double columns = 0, kept_columns = 0, usual_columns = 0;
@@ -294,9 +295,7 @@ TEST_CASE("improvement turns diagonals of walls, where there is nothing else to 
 }
 
 TEST_CASE("contours that improvement moves stay within the tolerance, meet nothing, and make the elements better") {
-  std::vector<NamedStack> stacks = generated_stacks();
-  for (std::uint32_t seed = 1; seed <= times(40); ++seed)
-    stacks.push_back({"random stack, seed " + std::to_string(seed), random_stack(seed)});
+  std::vector<NamedStack> stacks = generated_and_random_stacks(times(40));
   ImproveOptions keep, move;
   keep.move_contours = false;
   std::size_t changed = 0, better = 0;

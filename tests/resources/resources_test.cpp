@@ -331,13 +331,11 @@ TEST_CASE("sizes that ask for more than the budget end before the points are mad
 }
 
 TEST_CASE("the same input gives the same mesh: once more, after other work, and in several threads at a time") {
-  Options options;
-  options.size.size = Length::mm(1);
   const std::vector<SliceStack> stacks = {sample(1), sample(2), sample(3)};
   std::vector<Mesh> first;
   std::set<std::uint64_t> different;
   for (const SliceStack& stack : stacks) {
-    first.push_back(run_pipeline(stack, options).mesh);
+    first.push_back(run_pipeline(stack).mesh);
     REQUIRE(!first.back().tets.empty());
     different.insert(fingerprint(first.back()));
   }
@@ -345,12 +343,12 @@ TEST_CASE("the same input gives the same mesh: once more, after other work, and 
   std::vector<Mesh> again(stacks.size());
   std::vector<std::thread> threads;
   for (std::size_t i = 0; i < stacks.size(); ++i)
-    threads.emplace_back([&, i] { again[i] = run_pipeline(stacks[i], options).mesh; });
+    threads.emplace_back([&, i] { again[i] = run_pipeline(stacks[i]).mesh; });
   for (std::thread& thread : threads) thread.join();
   for (std::size_t i = 0; i < stacks.size(); ++i) {
     CAPTURE(i);
     CHECK(same_mesh(first[i], again[i]));
-    CHECK(same_mesh(first[i], run_pipeline(stacks[i], options).mesh));
+    CHECK(same_mesh(first[i], run_pipeline(stacks[i]).mesh));
     CHECK(fingerprint(first[i]) == fingerprint(again[i]));
   }
 }

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,6 +14,7 @@
 #include "slice2mesh/core/error.hpp"
 #include "slice2mesh/core/grid.hpp"
 #include "slice2mesh/core/short_number.hpp"
+#include "slice2mesh/core/size_function.hpp"
 
 namespace slice2mesh::detail {
 
@@ -40,7 +40,7 @@ inline constexpr double kSmallestSize = 1.0 / 1048576;
 class SizeField {
 public:
   /// `smallest`: pitches, that the function may give.
-  SizeField(std::function<double(double, double, double)> size_at, const Grid& grid, double smallest)
+  SizeField(SizeFunction size_at, const Grid& grid, double smallest)
       : size_at_(std::move(size_at)), grid_(grid), smallest_(smallest) {}
   /// The edge length wanted at a point in pitches, at a height in mm; may be infinite.
   /// Errors: OptionError where the function gives less than it may, or no number.
@@ -59,7 +59,7 @@ public:
   }
 
 private:
-  std::function<double(double, double, double)> size_at_;
+  SizeFunction size_at_;
   Grid grid_;
   double smallest_;
 };

@@ -212,19 +212,19 @@ private:
   [[nodiscard]] static bool can_gain(double step, double slope, double current) {
     return step * slope > kLeastGain * current;
   }
-  /// Is the vertex part of a column that is kept, where the worst tet is so bad?
-  [[nodiscard]] bool stays_in_column(std::int32_t v, double worst) const {
-    return worst <= kept_ && graph_.is_in_column(v);
+  /// Is the vertex part of a column that is kept, as no tet around is bad?
+  [[nodiscard]] bool stays_in_column(std::int32_t v) const {
+    if (!options_.keep_columns) return false;
+    const ShortLists::View star = graph_.star(v);
+    return std::all_of(star.begin(), star.end(), [&](std::int32_t t) { return graph_.badness(t) <= kept_; }) &&
+           graph_.is_in_column(v);
   }
   /// Looks for a better place: along the contour by pattern search, else down the gradient.
   bool smooth(std::int32_t v) {
     if (kind_[std::size_t(v)] == Kind::Fixed || graph_.star(v).empty()) return false;
-    double current = 0, worst = 0;
-    for (const std::int32_t t : graph_.star(v)) {
-      current += improvement_cost(graph_.badness(t));
-      worst = std::max(worst, graph_.badness(t));
-    }
-    if (stays_in_column(v, worst)) return false;
+    if (stays_in_column(v)) return false;
+    double current = 0;
+    for (const std::int32_t t : graph_.star(v)) current += improvement_cost(graph_.badness(t));
     const double least = (1 - kLeastGain) * current;
     const GridPoint start = point(v);
     star_.take(graph_, v);
@@ -555,12 +555,12 @@ private:
   }
   /// Moves v into its neighbor u in the plane if that makes the worst tet around better.
   bool collapse(std::int32_t v, std::int32_t u) {
+    if (stays_in_column(v)) return false;
     double worst = 0, sum_before = 0, sum_after = 0;
     for (const std::int32_t t : graph_.star(v)) {
       worst = std::max(worst, graph_.badness(t));
       sum_before += graph_.badness(t) - kGoodRatio;
     }
-    if (stays_in_column(v, worst)) return false;
     const double limit = at_last_ ? worst : std::max(worst, kTolerable);
     for (const std::int32_t t : graph_.star(v)) {
       Tet tet = graph_[t].v;

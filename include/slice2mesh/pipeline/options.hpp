@@ -10,6 +10,7 @@
 
 #include "slice2mesh/core/length.hpp"
 #include "slice2mesh/core/progress.hpp"
+#include "slice2mesh/core/size_function.hpp"
 #include "slice2mesh/core/slice_stack.hpp"
 
 namespace slice2mesh {
@@ -91,9 +92,6 @@ struct BasePlateOptions {
   BasePlateShape shape = BasePlateShape::Box;
   std::int32_t slabs = 0;  ///< number of slabs of equal height, >= 0; 0: higher ones the deeper they lie
 };
-
-/// A length in mm at a place x, y, z in mm.
-using SizeFunction = std::function<double(double x, double y, double z)>;
 
 /// A ball with smaller elements. Outside of it sizes grow with the distance (`SizeOptions::growth`).
 struct RefinedBall {

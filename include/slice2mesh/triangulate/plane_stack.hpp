@@ -34,15 +34,16 @@ struct PlaneSizes {
 
 namespace detail {
 
-/// One function for all that says where elements are smaller. `smallest`: mm, that balls may ask for. Errors:
-/// OptionError.
-[[nodiscard]] inline SizeFunction combined_sizes(const SizeOptions& options, double thickness, double smallest) {
+/// One function for all that says where elements are smaller. Errors: OptionError.
+[[nodiscard]] inline SizeFunction combined_sizes(const SizeOptions& options, const LayerRegions& regions) {
+  if (options.refined.empty()) return options.size_at;
+  const double smallest = smallest_size(regions.outlines) * regions.grid.pitch;
   struct Ball {
     double x, y, z, radius, size;
   };
   std::vector<Ball> balls;
   for (const RefinedBall& ball : options.refined) {
-    const double size = ball.size.in_mm(thickness);
+    const double size = ball.size.in_mm(regions.thickness);
     if (!(size > 0) || !std::isfinite(size))
       throw OptionError("size.refined", "a size must be a finite length above 0");
     if (!(size >= smallest)) throw OptionError("size.refined", "a size is below 2^-20 of the extent of the part");
@@ -51,7 +52,6 @@ namespace detail {
       throw OptionError("size.refined", "a ball must have a finite center and a finite radius, 0 or more");
     balls.push_back({ball.x, ball.y, ball.z, ball.radius, size});
   }
-  if (balls.empty()) return options.size_at;
   return [balls, growth = options.growth, more = options.size_at](double x, double y, double z) {
     double size = more ? more(x, y, z) : HUGE_VAL;
     for (const Ball& b : balls) {
@@ -78,8 +78,7 @@ namespace detail {
     throw OptionError("size.contour_size", "must be a finite length, 0 or more");
   if (!(options.growth >= 0.05 && options.growth <= 10)) throw OptionError("size.growth", "must be from 0.05 to 10");
   sizes.growth = options.growth;
-  sizes.size_at =
-      detail::combined_sizes(options, thickness, detail::smallest_size(regions.outlines) * regions.grid.pitch);
+  sizes.size_at = detail::combined_sizes(options, regions);
   if (sizes.size == 0) {
     const double coarsest = options.coarsest.in_mm(thickness);
     if (!(coarsest > 0) || !std::isfinite(coarsest))
