@@ -27,14 +27,20 @@ namespace {
 
 using slice2mesh::Length;
 
-// An option whose text is turned into a value by `parse`, which gives nothing where the text is wrong.
+// What `parse` makes of the text given to an option; it gives nothing where the text is wrong.
+template <class Parse>
+auto value_of(const std::string& name, const std::string& given, Parse parse, const std::string& type) {
+  const auto parsed = parse(given);
+  if (!parsed) throw CLI::ValidationError(name, "'" + given + "' is not a " + type);
+  return *parsed;
+}
+
+// An option whose text is turned into a value by `parse`.
 template <class Value, class Parse>
 CLI::Option* add_parsed(CLI::App& app, const std::string& name, Value& value, Parse parse, const std::string& type,
                         const std::string& text, const std::string& standard) {
   const auto set = [&value, parse, name, type](const std::string& given) {
-    const auto parsed = parse(given);
-    if (!parsed) throw CLI::ValidationError(name, "'" + given + "' is not a " + type);
-    value = static_cast<Value>(*parsed);
+    value = static_cast<Value>(value_of(name, given, parse, type));
   };
   CLI::Option* option = app.add_option_function<std::string>(name, set, text)->type_name(type);
   if (!standard.empty()) option->default_str(standard);
@@ -46,11 +52,7 @@ template <class Parse, class Take>
 CLI::Option* add_each(CLI::App& app, const std::string& name, Parse parse, Take take, const std::string& type,
                       const std::string& text) {
   const auto take_all = [parse, take, name, type](const std::vector<std::string>& given) {
-    for (const std::string& one : given) {
-      const auto parsed = parse(one);
-      if (!parsed) throw CLI::ValidationError(name, "'" + one + "' is not a " + type);
-      take(*parsed);
-    }
+    for (const std::string& one : given) take(value_of(name, one, parse, type));
   };
   return app.add_option_function<std::vector<std::string>>(name, take_all, text)
       ->type_name(type)
