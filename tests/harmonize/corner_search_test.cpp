@@ -26,14 +26,14 @@ struct Closed {
   LayerRegions regions;
   Contours contours;
 };
-Closed closed_contours(const SliceStack& stack) {
+Closed closed_contours(const SliceStack& stack, double eps = 0.2) {
   Diagnostics diagnostics;
   const SlabPlan plan = make_slabs(stack, {}, diagnostics);
   ThickenOptions thicken_options;
   thicken_options.radius = Length::mm(0.1);
   Closed result{build_regions(stack, plan, thicken_options, diagnostics), {}};
   HarmonizeOptions options;
-  options.eps = 0.2 * plan.thickness;
+  options.eps = eps * plan.thickness;
   options.contour_size = 4 * plan.thickness;
   options.open_corners = false;
   result.contours = harmonize(result.regions, options, diagnostics);
@@ -235,7 +235,8 @@ TEST_CASE("what is found too near in random contours is found by the measure as 
   std::size_t found = 0;
   for (std::uint32_t seed = 1; seed <= 60; ++seed) {
     INFO("seed " << seed);
-    Closed closed = closed_contours(wobbling_stack(seed));
+    // Slices differ by much more than this: not all that is near can be merged or moved apart.
+    Closed closed = closed_contours(wobbling_stack(seed), 0.05);
     const double pitch = closed.contours.grid.pitch;
     detail::ColumnLimits limits = detail::corner_limits(closed.contours.tolerance / pitch, HUGE_VAL);
     const std::vector<char> frozen(closed.contours.slabs.size(), 0);

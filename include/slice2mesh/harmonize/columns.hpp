@@ -211,6 +211,7 @@ private:
       if (!find_column(c.slab, place_c)) continue;
       const bool corner = find_walls();
       if (walls_stay && corner) continue;
+      if (!walls_stay && !walls_.empty() && c.gap >= limits_.walls_apart) continue;
       find_moving(c.p, place_c, c.p, nowhere_);
       reach_near_ = apart + double(kContourStep);  // places are rounded to steps
       find_all_near();

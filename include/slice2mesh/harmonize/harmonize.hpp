@@ -68,7 +68,7 @@ inline constexpr double kSmallestEps = 1048576;
 
 /// Shares of eps. What simplification and the dropped differences cost together stays below 1; the measured deviation
 /// is checked all the same.
-inline constexpr double kOpeningShare = 0.8;         // differences narrower than this go
+inline constexpr double kOpeningShare = 0.85;        // differences narrower than this go
 inline constexpr double kAheadShare = 0.75;          // contours go ahead of their slices by up to this
 inline constexpr double kSimplifyShare = 0.1;        // tolerance of simplification
 inline constexpr double kShortEdgeShare = 0.9;       // edges shorter than this are worth ...
@@ -79,15 +79,16 @@ inline constexpr double kSnapShare = 0.45;           // vertices this near to on
 inline constexpr int kPasses = 2, kPassesBeforeSettling = 1;
 inline constexpr double kAdoptShare = 0.8;   // a contour takes the way of a neighbor that is this near to its slice
 inline constexpr int kSettleRounds = 2;      // of adopting and merging
-inline constexpr double kColumnShare = 1.5;  // columns nearer than this are merged ...
+inline constexpr double kColumnShare = 2.0;  // columns nearer than this are merged ...
 inline constexpr double kColumnDeviation = 0.97;  // ... within this deviation ...
 inline constexpr double kColumnMost = 0.995;      // ... or this one where there was more before ...
-inline constexpr double kClearanceShare = 0.7;    // ... and not if a vertex gets nearer than this to an edge
-inline constexpr double kApartShare = 1.1;        // columns nearer than this to something are moved away from it
+inline constexpr double kClearanceShare = 1.0;    // ... and not if a vertex gets nearer than this to an edge
+inline constexpr double kApartShare = 2.1;        // columns nearer than this to something are moved away from it
+inline constexpr double kWallsApartShare = 1.1;   // ... if straight walls need not give way to that, or this is near
 // Where corners are opened: edges shorter than this go if they can, ...
 inline constexpr double kTidyShare = 4;
 inline constexpr double kCornerClearance = 0.5;    // ... vertices keep this distance from edges, ...
-inline constexpr double kCornerApart = 1.0;        // ... and this one from each other
+inline constexpr double kCornerApart = 1.2;        // ... and this one from each other
 inline constexpr double kSplitClearance = 0.5;     // where sizes say so, no vertex is put nearer to another contour
 inline constexpr double kResolutionShare = 0.005;  // resolution of the measured deviation ...
 inline constexpr double kFineShare = 0.0001;       // ... and where that does not tell it from eps
@@ -186,7 +187,8 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
                           Diagnostics& diagnostics, const Progress& progress) {
   if (!(longest < double(kGridLimit))) return;
   const ColumnLimits limits{
-      kColumnShare * eps, kColumnDeviation * eps, kColumnMost * eps, kClearanceShare * eps, longest, kApartShare * eps};
+      kColumnShare * eps, kColumnDeviation * eps, kColumnMost * eps, kClearanceShare * eps, longest,
+      kApartShare * eps,  kWallsApartShare * eps};
   const auto merge = [&](std::vector<Outline>& outlines, const std::vector<char>& frozen, std::vector<char>& changed,
                          const std::function<void()>& poll) {
     ColumnMerger(outlines, input.outlines, contours.slabs, frozen, limits, poll).run(changed, poll);
@@ -198,8 +200,14 @@ inline void merge_columns(Contours& contours, const LayerRegions& input, double 
 
 /// Limits in force where corners are opened.
 [[nodiscard]] inline ColumnLimits corner_limits(double eps, double longest) {
-  return {kTidyShare * eps, kColumnDeviation * eps, kColumnMost * eps,     kCornerClearance * eps,
-          longest,          kCornerApart * eps,     kSeparationShare * eps};
+  return {kTidyShare * eps,
+          kColumnDeviation * eps,
+          kColumnMost * eps,
+          kCornerClearance * eps,
+          longest,
+          kCornerApart * eps,
+          0,
+          kSeparationShare * eps};
 }
 /// Opens sharp corners between the contours of neighboring slabs (see CornerSearch).
 inline void open_corners(Contours& contours, const LayerRegions& input, double eps, double longest,

@@ -47,12 +47,13 @@ public:
     GridPoint point;
   };
 
-  /// What a move has to keep, each with what is before it.
+  /// What a move has to keep: always the angles between contours of neighboring slabs where they are sharp, that
+  /// contours and slices are near to each other, and what lies on which side of what.
   enum class Keep : std::uint8_t {
-    Angles,  ///< those between contours of neighboring slabs, where they are sharp; that contours and slices are near
-             ///< to each other, and what lies on which side of what
-    Walls,   ///< corners and straight walls of slices where harmonization left them
-    Areas    ///< areas of slabs, nearly
+    Angles,      ///< no more than that
+    RoughAreas,  ///< areas of slabs, roughly
+    Walls,       ///< corners and straight walls of slices where harmonization left them
+    Areas        ///< corners and straight walls, and areas of slabs, nearly
   };
 
   /// Vertices of all planes are counted through, those of plane k from `first[k]` on. `points` (#V) and `gone` (#V: the
@@ -88,6 +89,8 @@ public:
   [[nodiscard]] std::int32_t of(std::int32_t v) const { return column_of_[std::size_t(v)]; }
   /// Vertices of a column, all in one place.
   [[nodiscard]] const std::vector<std::int32_t>& vertices(std::size_t i) const { return columns_[i].vertices; }
+  /// In how many slabs it is.
+  [[nodiscard]] std::size_t slab_count(std::size_t i) const { return columns_[i].sites.size(); }
   [[nodiscard]] const GridPoint& place(std::size_t i) const { return point(columns_[i].vertices.front()); }
   /// How far columns may go from where they were at first, pitches.
   [[nodiscard]] double reach() const { return kReachShare * eps_; }
@@ -254,7 +257,8 @@ private:
   struct SlabData {
     double most = 0;                      // pitches: deviation that parts of the slice may keep
     Int128 excess = 0;                    // squared pitches: twice the area, less that of the slice ...
-    Int128 most_excess = 0;               // ... which a move may not bring above this, either way
+    Int128 most_excess = 0;               // ... which a move may not bring above this, either way, ...
+    Int128 rough_excess = 0;              // ... or above this, where areas are kept roughly
     std::unique_ptr<SegmentIndex> start;  // edges of the contour where they were at first
     std::unique_ptr<SliceNearness> slice;
     std::unique_ptr<EdgesAt> edges_at;
@@ -607,12 +611,15 @@ private:
     }
     d.slice = std::make_unique<SliceNearness>(slices_[std::size_t(s)], &listen_);
     d.excess = doubled_area(outline, kNone) - doubled_area(slices_[std::size_t(s)], kNone);
-    double length = 0;  // of what is curved
-    for (std::size_t e = 0; e < segments.size(); ++e)
+    double length = 0, curved = 0;
+    for (std::size_t e = 0; e < segments.size(); ++e) {
+      length += distance(segments[e].first, segments[e].second);
       if (shape_[std::size_t(s)][std::size_t(outline.edges[e].a)] == ContourShape::Curved ||
           shape_[std::size_t(s)][std::size_t(outline.edges[e].b)] == ContourShape::Curved)
-        length += distance(segments[e].first, segments[e].second);
-    d.most_excess = Int128(2 * kAreaShare * eps_ * length);
+        curved += distance(segments[e].first, segments[e].second);
+    }
+    d.most_excess = Int128(2 * kAreaShare * eps_ * curved);
+    d.rough_excess = Int128(2 * kRoughAreaShare * eps_ * length);
     d.start = std::make_unique<SegmentIndex>(std::move(segments), &listen_);
     d.found.assign(outline.edges.size(), 0);
     d.edges_at = std::make_unique<EdgesAt>(outline);
@@ -848,7 +855,9 @@ private:
     }
     const Int128 excess = d.excess + gain;
     const auto size = [](Int128 v) { return v < 0 ? -v : v; };
-    if (keep == Keep::Areas && size(excess) > d.most_excess && size(excess) > size(d.excess)) return false;
+    if ((keep == Keep::Areas || keep == Keep::RoughAreas) && size(excess) > size(d.excess) &&
+        size(excess) > (keep == Keep::Areas ? d.most_excess : d.rough_excess))
+      return false;
     gains_.emplace_back(slab, gain);
     for (const Segment& edge : now_)
       if (!d.slice->is_near(edge, limits, &listen_)) return false;
@@ -874,6 +883,7 @@ private:
   static constexpr double kClearShare = 0.45;         // of eps: what is nearer than this does not get nearer
   static constexpr double kDeviationShare = 0.985;    // of eps ...
   static constexpr double kAreaShare = 0.005;         // of eps, times the length of what is curved: of area
+  static constexpr double kRoughAreaShare = 0.15;     // of eps, times the length of the contour: the same, roughly
   static constexpr double kResolution = 1.0 / 64;     // ... with half of this share more, still below eps
 
   const std::vector<Outline>& slices_;

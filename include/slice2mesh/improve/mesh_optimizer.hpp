@@ -371,6 +371,13 @@ private:
       put(before_);
       if (!std::isfinite(g) || g == 0) return false;
       if (column_descends(index, -gx / g, -gy / g, g, shortest, current, keep)) return true;
+      // What must not go down the gradient may go beside it; to look there is worth its time at the worst only.
+      if (at_last_ && keep <= ContourColumns::Keep::RoughAreas)
+        for (const auto& [c, s] : kBesideGradient)
+          for (const double side : {s, -s})
+            if (column_descends(index, (side * gy - c * gx) / g, -(side * gx + c * gy) / g, c * g, shortest, current,
+                                keep))
+              return true;
       slope = gx * tx + gy * ty;
       if (!(std::fabs(slope) > kLeastSlope * g)) return false;
     }
@@ -396,9 +403,12 @@ private:
     return false;
   }
   /// What a move of a column has to keep where the worst element at it is so bad.
-  [[nodiscard]] ContourColumns::Keep keep_of(double badness) const {
+  [[nodiscard]] ContourColumns::Keep keep_of(std::size_t column, double badness) const {
     using Keep = ContourColumns::Keep;
-    return badness > very_bad_ ? Keep::Angles : badness > bad_ ? Keep::Walls : Keep::Areas;
+    if (badness > very_bad_) return Keep::Angles;
+    const bool sharp = at_last_ && badness > kSharp / kVeryBad * very_bad_;
+    if (sharp && columns_->slab_count(column) <= kFewSlabs) return Keep::RoughAreas;
+    return badness > bad_ ? Keep::Walls : Keep::Areas;
   }
   /// Contours move only where elements are bad after other means had their turn: elsewhere they stay what they are.
   std::size_t column_round(double floor) {
@@ -412,13 +422,14 @@ private:
           }
     std::array<std::vector<std::int32_t>, 3> order;
     for (std::size_t i = 0; i < worst.size(); ++i) {
-      if (!(worst[i] > 0) || !columns_->movable(i, keep_of(worst[i]))) continue;
+      if (!(worst[i] > 0) || !columns_->movable(i, keep_of(i, worst[i]))) continue;
       std::uint32_t last = 0;
       for (const std::int32_t v : columns_->vertices(i)) last = std::max(last, graph_.changed(v));
       if (last > tried_column_[i]) order[std::size_t(rank(worst[i]))].push_back(std::int32_t(i));
     }
-    return try_all(order, tried_column_,
-                   [&](std::int32_t i) { return smooth_column(std::size_t(i), keep_of(worst[std::size_t(i)])); });
+    return try_all(order, tried_column_, [&](std::int32_t i) {
+      return smooth_column(std::size_t(i), keep_of(std::size_t(i), worst[std::size_t(i)]));
+    });
   }
 
   // --- insertions
@@ -704,7 +715,7 @@ private:
   static constexpr double kFlippedFirst = 1.9;    ///< R/3r above which tets are flipped when polishing begins
   static constexpr double kReconnectedFirst = 4;  ///< R/3r above which cavities are tried when polishing begins
   static constexpr double kRescued = 6;           ///< R/3r above which all have their turn once more at last ...
-  static constexpr double kSharp = 3.46;          ///< ... then what is above this, that of an angle of 10 degrees ...
+  static constexpr double kSharp = 3.4;           ///< ... then what is above this, that of an angle of 12 degrees ...
   static constexpr double kLastRescued = 2.2;     ///< ... and this, ...
   static constexpr double kRescueShare = 0.04;    ///< ... with this share of the work allowed, ...
   static constexpr double kDone = 0.05;           ///< of the operations of the best round: there is no more to do
@@ -716,12 +727,16 @@ private:
   static constexpr double kFullWork = 10;             ///< ratings per tet: all have their turn
   static constexpr double kColumnRatio = 0.39;     ///< R/3r of a column over its length in thicknesses, for long ones
   static constexpr double kWorseThanColumn = 1.5;  ///< times the R/3r of a column: what is worse may be helped
+  static constexpr std::size_t kFewSlabs = 4;      ///< walls that go through more are not bent for what is sharp
   static constexpr std::int32_t kFirstColumnRound = 2;  ///< from 0; flips and free vertices have their turn before
   static constexpr std::int32_t kColumnRounds = 2;      ///< of those for all tets in which all contours move
-  static constexpr double kLittle = 0.4;        ///< of the operations of the best round: what is bad has had its turn
-  static constexpr double kPolished = 0.2;      ///< the same where all is polished
-  static constexpr double kDifference = 1e-5;   ///< of the shortest edge: step of forward differences
-  static constexpr int kStepSizes = 4;          ///< of a move, each 0.4 of the one before
+  static constexpr double kLittle = 0.4;       ///< of the operations of the best round: what is bad has had its turn
+  static constexpr double kPolished = 0.2;     ///< the same where all is polished
+  static constexpr double kDifference = 1e-5;  ///< of the shortest edge: step of forward differences
+  static constexpr int kStepSizes = 4;         ///< of a move, each 0.4 of the one before
+  /// Cosines and sines of 28, 53 and 74 degrees: directions of columns beside the gradient.
+  static constexpr std::array<std::array<double, 2>, 3> kBesideGradient{
+      {{15 / 17.0, 8 / 17.0}, {3 / 5.0, 4 / 5.0}, {7 / 25.0, 24 / 25.0}}};
   static constexpr double kLeastSlope = 0.1;    ///< share of the gradient that a move along a contour has to have
   static constexpr double kCollapseGain = 0.1;  ///< what a collapse has to gain in the sum of R/3r ...
   static constexpr double kGoodRatio = 1.3;     ///< ... above this: that of a column
