@@ -92,6 +92,10 @@ def angles_text(angles):
     return "-".join("%.2f" % angle if angle < 10 else "%.1f" % angle for angle in angles)
 
 
+def angles_of(text):
+    return [float(angle) for angle in text.split("-")]
+
+
 def count(value):
     return "{:,}".format(value)
 
@@ -343,9 +347,11 @@ def comparison(runs):
         text += table(["file"] + names + ["fTetWild: " + names[0]] + names[1:], rows)
         better = (sum(run.ratio["mean"] < FTETWILD[run.name][1] for run in both),
                   sum((run.ratio["worst"] or math.inf) < FTETWILD[run.name][2] for run in both),
+                  sum(run.angles[0] > angles_of(FTETWILD[run.name][3])[0] for run in both),
+                  sum(run.angles[1] < angles_of(FTETWILD[run.name][3])[1] for run in both),
                   sum(run.seconds < FTETWILD[run.name][5] for run in both))
-        text += "\nBetter than fTetWild: the mean on %d of these %d files, the worst element on %d, the time on %d.\n\n" % (
-            better[0], len(both), better[1], better[2])
+        text += ("\nBetter than fTetWild: the mean on %d of these %d files, the worst element on %d, the smallest dihedral angle on "
+                 "%d, the largest on %d, the time on %d.\n\n") % (better[0], len(both), *better[1:])
     rows = [[run.name, "%s / %.1f" % (short(run.ratio["worst"]), run.seconds)] + [cell or "-" for cell in CONFORMING[run.name]]
             for run in runs if run.code == 0 and run.name in CONFORMING]
     if rows:

@@ -705,6 +705,32 @@ TEST_CASE("contours that cross at a small angle are split where they are cut onl
   }
 }
 
+TEST_CASE("contours of round slices are led together, or stay nearly two eps apart") {
+  // Steps of 1.05 to 1.95 eps: two slabs at a time can have one contour, and three or four eps are left to the next.
+  std::size_t seen = 0, near = 0;
+  for (int step = 21; step <= 39; step += 2) {
+    const double eps = 0.05;
+    std::vector<std::vector<Polyline>> slices;
+    for (int k = 0; k < 6; ++k) slices.push_back({star(10, 10, 6 + step * eps / 20 * k, 96, 0, 0.3 * k)});
+    const Chain chain = run_chain(stack_of(slices));
+    const double tolerance = chain.contours.tolerance / chain.contours.grid.pitch;
+    for (std::size_t s = 1; s < slices.size(); ++s)
+      for (const GridPoint& p : chain.contours.outlines[s].vertices) {
+        const Outline& below = chain.contours.outlines[s - 1];
+        double gap = HUGE_VAL;
+        for (const Outline::Edge& e : below.edges)
+          gap = std::min(
+              gap, detail::segment_distance(p, below.vertices[std::size_t(e.a)], below.vertices[std::size_t(e.b)]));
+        if (gap < 0.1 * tolerance) continue;  // the same contour
+        ++seen;
+        near += gap < 1.75 * tolerance;
+      }
+  }
+  CAPTURE(seen, near);
+  CHECK(seen > 1000);
+  CHECK(near < seen / 20);
+}
+
 TEST_CASE("vertices of straight walls that cross go apart along the walls, which stay straight") {
   // The walls y = 1 and x = 8 (or x = 3) cross on a plane, and a vertex of the second stands half of what is wanted
   // away from the first.

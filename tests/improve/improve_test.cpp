@@ -392,6 +392,37 @@ TEST_CASE("improvement moves round contours, but no corners and straight walls o
   CHECK(left < on_walls / 100);
 }
 
+TEST_CASE("a narrow band along a straight wall gets wider where one of its walls is in few slabs") {
+  // The foot of a fillet on a wall through many slabs. What is 1.05 and 2.3 eps off gets one contour, 1.7 eps from the
+  // wall: over bands below 1.75 eps dihedral angles are below 10 degrees.
+  std::vector<std::vector<Polyline>> slices(8, {rectangle(0, 0, 8, 6)});
+  const double eps = 0.05;
+  for (const double step : {0.27, 1.05, 2.3, 4.7, 7.6}) slices.push_back({rectangle(0, 0, 8 - step * eps, 6)});
+  Filled filled = fill(stack_of(slices));
+  const std::vector<Outline> before = filled.chain.contours.outlines;
+  REQUIRE(improve(filled));
+  CHECK(certify(filled.mesh, filled.plc).passed());
+  CHECK(measure_quality(filled.mesh).min_dihedral > 11);
+  const Contours& contours = filled.chain.contours;
+  std::size_t on_wall = 0, bent = 0;
+  for (std::size_t s = 0; s < 8; ++s) {
+    std::int64_t wall = 0;  // where harmonization left it
+    for (const GridPoint& p : before[s].vertices) wall = std::max(wall, p.x);
+    for (std::size_t v = 0; v < before[s].vertices.size(); ++v) {
+      if (before[s].vertices[v].x != wall) continue;
+      ++on_wall;
+      bent += contours.outlines[s].vertices[v].x != wall;
+    }
+  }
+  CHECK(on_wall > 8 * 10);
+  CHECK(bent == 0);
+  for (std::size_t s = 0; s < before.size(); ++s) {
+    const double area = double(detail::doubled_area(filled.chain.regions.outlines[s], kNone)),
+                 now = double(detail::doubled_area(contours.outlines[s], kNone));
+    CHECK(std::fabs(now - area) * contours.grid.pitch * contours.grid.pitch / 2 <= 0.3 * eps * 28);
+  }
+}
+
 TEST_CASE("improvement leaves no sliver where vertices are free to move") {
   // A block over a smaller one: interior freedom everywhere, and columns of different lattices in between.
   Filled filled = fill(stack_of({{rectangle(0, 0, 9.3, 8.1)}, {rectangle(0.9, 0.7, 8.2, 7.4)}, {star(4.5, 4, 3, 24)}}));

@@ -129,8 +129,9 @@ struct ImproveOptions {
                               ///< worst elements; below ten times the number of tets, columns of long elements are
                               ///< left alone for what is worse than they are
   bool move_contours = true;  ///< move contour vertices too, within eps, where elements gain
-  /// Keep vertical edges where no element at them is bad (R/3r above 3), though elements gain without them: where
-  /// neighboring contours are the same, neighboring planes are too, and the slab is prisms cut in three.
+  /// Keep vertical edges where no element at them is bad (R/3r above 3, or a dihedral angle below 13.5 degrees), though
+  /// elements gain without them: where neighboring contours are the same, neighboring planes are too, and the slab is
+  /// prisms cut in three.
   bool keep_columns = false;
 };
 
