@@ -291,7 +291,7 @@ TEST_CASE("how bad a tet is does not depend on the vertex it is rated from, and 
                                        TetGraph::Tet{v[3], v[0], v[2], v[1]}})
       CHECK(graph.rate(other) == Approx(rated).epsilon(1e-6));
     CHECK(rated >= ratio * (1 - 1e-6));
-    if (ratio < 3) {
+    if (ratio < detail::kLookAtAngles) {
       ++plain;
       CHECK(rated == Approx(ratio).epsilon(1e-6));
     } else {

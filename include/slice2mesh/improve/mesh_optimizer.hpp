@@ -341,16 +341,22 @@ private:
     }
     return sum;
   }
+  /// The length of the shortest edge of a plane at a column.
+  [[nodiscard]] double shortest_edge_at(std::size_t index) const {
+    double shortest = std::numeric_limits<double>::infinity();
+    for (const std::int32_t v : columns_->vertices(index))
+      for (const std::int32_t t : graph_.star(v))
+        for (const std::int32_t u : graph_[t].v)
+          if (u != v && graph_.plane(u) == graph_.plane(v)) shortest = std::min(shortest, distance(point(v), point(u)));
+    return shortest;
+  }
   /// Moves a column down the gradient of the cost, or else along its contour.
   bool smooth_column(std::size_t index, ContourColumns::Keep keep) {
     take_column(index);
     const GridPoint from = columns_->place(index);
-    double current = 0, shortest = std::numeric_limits<double>::infinity();
+    double current = 0;
     for (const std::int32_t t : around_) current += cost(graph_.badness(t));
-    for (const std::int32_t v : columns_->vertices(index))
-      for (const std::int32_t t : graph_.star(v))
-        for (const std::int32_t u : graph_[t].v)
-          if (u != v && graph_.plane(u) == graph_.plane(v)) shortest = std::min(shortest, distance(from, point(u)));
+    const double shortest = shortest_edge_at(index);
     const double limit = std::numeric_limits<double>::infinity();
     const double delta = std::max(4 * double(kContourStep), kDifference * shortest);
     const GridPoint along = columns_->along(index);
@@ -406,8 +412,9 @@ private:
   [[nodiscard]] ContourColumns::Keep keep_of(std::size_t column, double badness) const {
     using Keep = ContourColumns::Keep;
     if (badness > very_bad_) return Keep::Angles;
-    const bool sharp = at_last_ && badness > kSharp / kVeryBad * very_bad_;
-    if (sharp && columns_->slab_count(column) <= kFewSlabs) return Keep::RoughAreas;
+    if (at_last_ && badness > kSharp / kVeryBad * very_bad_ && columns_->slab_count(column) <= kFewSlabs &&
+        shortest_edge_at(column) < kBandShare * columns_->reach())
+      return Keep::RoughAreas;
     return badness > bad_ ? Keep::Walls : Keep::Areas;
   }
   /// Contours move only where elements are bad after other means had their turn: elsewhere they stay what they are.
@@ -727,7 +734,10 @@ private:
   static constexpr double kFullWork = 10;             ///< ratings per tet: all have their turn
   static constexpr double kColumnRatio = 0.39;     ///< R/3r of a column over its length in thicknesses, for long ones
   static constexpr double kWorseThanColumn = 1.5;  ///< times the R/3r of a column: what is worse may be helped
-  static constexpr std::size_t kFewSlabs = 4;      ///< walls that go through more are not bent for what is sharp
+  /// Of what contours may move: walls are not bent for what is sharp where no edge is shorter, as that makes no
+  /// difference.
+  static constexpr double kBandShare = 2.5;
+  static constexpr std::size_t kFewSlabs = 4;           ///< walls that go through more are not bent for what is sharp
   static constexpr std::int32_t kFirstColumnRound = 2;  ///< from 0; flips and free vertices have their turn before
   static constexpr std::int32_t kColumnRounds = 2;      ///< of those for all tets in which all contours move
   static constexpr double kLittle = 0.4;       ///< of the operations of the best round: what is bad has had its turn
