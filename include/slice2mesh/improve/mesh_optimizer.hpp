@@ -732,8 +732,9 @@ private:
   static constexpr int kRepairPasses = 3;             ///< after an insertion
   static constexpr double kRepaired = 2;              ///< R/3r above which tets are worked on there
   static constexpr double kFullWork = 10;             ///< ratings per tet: all have their turn
-  static constexpr double kColumnRatio = 0.39;     ///< R/3r of a column over its length in thicknesses, for long ones
-  static constexpr double kWorseThanColumn = 1.5;  ///< times the R/3r of a column: what is worse may be helped
+  static constexpr double kColumnRatio = 0.39;  ///< R/3r of a column over its length in thicknesses, for long ones
+  static constexpr double kWorseThanColumn =
+      1.75;  ///< times the R/3r of a column: what is worse, by its angles too, may be helped
   /// Of what contours may move: walls are not bent for what is sharp where no edge is shorter, as that makes no
   /// difference.
   static constexpr double kBandShare = 2.5;
