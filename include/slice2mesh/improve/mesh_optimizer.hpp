@@ -435,7 +435,8 @@ private:
       if (last > tried_column_[i]) order[std::size_t(rank(worst[i]))].push_back(std::int32_t(i));
     }
     return try_all(order, tried_column_, [&](std::int32_t i) {
-      return smooth_column(std::size_t(i), keep_of(std::size_t(i), worst[std::size_t(i)]));
+      const auto keep = keep_of(std::size_t(i), worst[std::size_t(i)]);  // what is around may have changed
+      return columns_->movable(std::size_t(i), keep) && smooth_column(std::size_t(i), keep);
     });
   }
 
@@ -733,8 +734,8 @@ private:
   static constexpr double kRepaired = 2;              ///< R/3r above which tets are worked on there
   static constexpr double kFullWork = 10;             ///< ratings per tet: all have their turn
   static constexpr double kColumnRatio = 0.39;  ///< R/3r of a column over its length in thicknesses, for long ones
-  static constexpr double kWorseThanColumn =
-      1.75;  ///< times the R/3r of a column: what is worse, by its angles too, may be helped
+  /// Times the R/3r of a column: what is worse, by its angles too, may be helped.
+  static constexpr double kWorseThanColumn = 1.75;
   /// Of what contours may move: walls are not bent for what is sharp where no edge is shorter, as that makes no
   /// difference.
   static constexpr double kBandShare = 2.5;
