@@ -36,7 +36,7 @@ struct ColumnLimits {
   /// Columns nearer than this to a vertex or an edge are moved away; 0: none is. When corners are opened: no vertices
   /// get nearer to each other.
   double apart = 0;
-  double walls_apart = 0;  ///< ... if they are not on straight walls, or nearer than this
+  double walls_apart = 0;  ///< straight walls are bent for that only where a column on them is nearer than this
   double separate = 0;     ///< a vertex nearer than this to what the next slab has counts as a corner; 0: none does
 };
 

@@ -22,8 +22,7 @@
 namespace slice2mesh::detail {
 
 inline constexpr double kLookAtAngles = 2.5;  ///< R/3r; angles of better tets are not small
-inline constexpr double kAngleWeight =
-    0.7;  ///< over the sine of a dihedral angle: one of 4 degrees is as bad as an R/3r of 10
+inline constexpr double kAngleWeight = 0.7;   ///< over the sine of a dihedral angle: 4 degrees are as bad as R/3r of 10
 
 /// Tets of all slabs with their neighbors, and vertices with the tets around. Vertices of all planes are counted
 /// through. A stamp says of every vertex when a tet around it changed last.
