@@ -61,6 +61,18 @@ std::string failures(const Certificate& certificate) {
   return text;
 }
 
+/// How many tets have a dihedral angle below so many degrees.
+std::size_t sharper_than(double degrees, const Mesh& mesh) {
+  std::size_t count = 0;
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    TetCorners corners;
+    for (std::size_t i = 0; i < 4; ++i) corners[i] = mesh.vertices[std::size_t(mesh.tets[t][i])];
+    const std::array<double, 6> angles = dihedral_angles(corners);
+    count += *std::min_element(angles.begin(), angles.end()) < degrees;
+  }
+  return count;
+}
+
 /// Facets of a mesh that are no faces of its tets.
 std::size_t facets_apart(const Mesh& mesh) {
   std::set<std::array<std::int32_t, 3>> faces;
@@ -489,6 +501,26 @@ TEST_CASE("contours move at the worst elements at last, however few rounds there
   }
   CHECK(moved > 3);
   CHECK(with < 0.9 * without);
+}
+
+TEST_CASE("places of contours are searched all around what is worst at last") {
+  // Spikes that turn or wander from slab to slab: contours of neighboring slabs cross, or lie side by side.
+  std::vector<std::vector<Polyline>> turning, wandering;
+  for (int k = 0; k < 16; ++k) {
+    turning.push_back({star(0, 0, 4, 10, 0.4, 0.03 * k)});
+    wandering.push_back({star(0.03 * k, 0, 5 - 0.08 * k, 5, 0.45, 0.01 * k)});
+  }
+  Filled one = fill(stack_of(turning)), two = fill(stack_of(wandering));
+  for (Filled* filled : {&one, &two}) {
+    REQUIRE(improve(*filled));
+    const Certificate certificate = certify(filled->mesh, filled->plc);
+    INFO(failures(certificate));
+    CHECK(certificate.passed());
+  }
+  // With steps in one direction only: 9.99 degrees and 9 elements, and 8.4 degrees.
+  CHECK(measure_quality(one.mesh).min_dihedral > 10.1);
+  CHECK(sharper_than(11, one.mesh) <= 6);
+  CHECK(measure_quality(two.mesh).min_dihedral > 8.7);
 }
 
 TEST_CASE("improving twice from the same start gives the same mesh") {

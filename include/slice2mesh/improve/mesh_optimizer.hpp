@@ -59,6 +59,7 @@ public:
       bad_ = std::max(kBad, worse_than_column);
       very_bad_ = kVeryBad / kBad * bad_;
     }
+    short_of_work_ = options.most_work < kWorkForContours * double(graph_.size());
     if (options.keep_columns) kept_ = std::max(bad_, worse_than_column);
     tried_smooth_.assign(vertices, 0);
     tried_pairs_.assign(vertices, 0);
@@ -89,7 +90,7 @@ public:
         // contours soon rest where nothing is bad.
         const bool begins = polishing && round == first;
         const double flip_floor = begins ? std::max(floor_, kFlippedFirst) : floor_;
-        const bool contours = columns_ && round >= kFirstColumnRound,
+        const bool contours = columns_ && round >= kFirstColumnRound && (polishing || !short_of_work_),
                    all = !begins && round < first + kColumnRounds + (polishing ? 1 : 0);
         const double column_floor = std::max({floor_, all ? 0 : bad_, kept_});
         // What is flat has to be flipped before its vertices can do anything; later, smoothing gains most for its work.
@@ -99,7 +100,9 @@ public:
         if (polishing) done += flip_round(flip_floor);
         if (contours) done += column_round(column_floor);
         done += collapse_round();
-        if (polishing) done += reconnect_round(begins ? kReconnectedFirst : options_.target);
+        // Cavities take long, and leave what smoothing and flips gain more from than they would.
+        if (polishing && (round - first) % kReconnectedEvery == 0)
+          done += reconnect_round(begins ? kReconnectedFirst : options_.target);
         most = std::max(most, done);
         if (begins || (columns_ && round < kFirstColumnRound)) continue;
         if (double(done) < (polishing ? kPolished : kLittle) * double(most) || done == 0) break;
@@ -396,17 +399,46 @@ private:
     const GridPoint from = columns_->place(index);
     const double least = (1 - kLeastGain) * current;
     double step = std::min(0.3 * shortest, columns_->reach());
-    for (int k = 0; k < kStepSizes && can_gain(step, slope, current); ++k, step *= 0.4) {
-      if (column_cost_at({from.x + std::llround(step * dx), from.y + std::llround(step * dy)}, least) < least &&
-          graph_.all_positive(around_) && columns_->may_move(keep)) {
-        columns_->moved();
-        graph_.new_stamp();
-        for (std::size_t i = 0; i < around_.size(); ++i) graph_.rated(around_[i], ratings_[i]);
+    for (int k = 0; k < kStepSizes && can_gain(step, slope, current); ++k, step *= 0.4)
+      if (column_goes_to({from.x + std::llround(step * dx), from.y + std::llround(step * dy)}, least, keep))
         return true;
-      }
-      put(before_);
-    }
     return false;
+  }
+  /// Moves the column that was taken to p if that is allowed and its cost is then below `limit`.
+  bool column_goes_to(const GridPoint& p, double limit, ContourColumns::Keep keep) {
+    if (!(column_cost_at(p, limit) < limit) || !graph_.all_positive(around_) || !columns_->may_move(keep)) {
+      put(before_);
+      return false;
+    }
+    columns_->moved();
+    graph_.new_stamp();
+    for (std::size_t i = 0; i < around_.size(); ++i) graph_.rated(around_[i], ratings_[i]);
+    return true;
+  }
+  /// Looks for a better place all around a column. That takes long, and finds what no step in one direction does: where
+  /// the tolerance ends beside it, or the worst element is not the one that steps are made for.
+  bool search_column(std::size_t index, ContourColumns::Keep keep) {
+    take_column(index);
+    const GridPoint from = columns_->place(index);
+    double current = 0;
+    for (const std::int32_t t : around_) current += cost(graph_.badness(t));
+    const double least = (1 - kLeastGain) * current;
+    offers_.clear();
+    double radius = kFirstRing * columns_->reach();
+    for (int ring = 0; ring < kRings; ++ring, radius *= kNextRing)
+      for (const auto& [c, s] : kQuadrant) {
+        std::array<double, 2> d{c, s};
+        for (int quarter = 0; quarter < 4; ++quarter) {
+          const GridPoint q{from.x + std::llround(radius * d[0]), from.y + std::llround(radius * d[1])};
+          const double reached = column_cost_at(q, least);
+          put(before_);
+          if (reached < least) offers_.emplace_back(reached, q);
+          d = {-d[1], d[0]};
+        }
+      }
+    std::sort(offers_.begin(), offers_.end());
+    return std::any_of(offers_.begin(), offers_.end(),
+                       [&](const auto& offer) { return column_goes_to(offer.second, least, keep); });
   }
   /// What a move of a column has to keep where the worst element at it is so bad.
   [[nodiscard]] ContourColumns::Keep keep_of(std::size_t column, double badness) const {
@@ -436,7 +468,8 @@ private:
     }
     return try_all(order, tried_column_, [&](std::int32_t i) {
       const auto keep = keep_of(std::size_t(i), worst[std::size_t(i)]);  // what is around may have changed
-      return columns_->movable(std::size_t(i), keep) && smooth_column(std::size_t(i), keep);
+      return columns_->movable(std::size_t(i), keep) &&
+             (smooth_column(std::size_t(i), keep) || (searching_ && search_column(std::size_t(i), keep)));
     });
   }
 
@@ -541,28 +574,36 @@ private:
   }
 
   /// Everything once more at the worst elements, each of which counts nearly alone where columns move: a little work,
-  /// which is there even where the rounds have used up all.
+  /// which is there even where the rounds have used up all. Then places of contours are searched for what is left.
   void rescue() {
-    most_work_ = double(graph_.work()) + kRescueShare * options_.most_work;
     at_last_ = true;
     cavities_.sharpen(true);
     tried_cavity_.clear();
+    allow_more(kRescueShare);
+    for (const double rescued : {kRescued, kSharp, kLastRescued}) rescue_above(rescued);
+    searching_ = true;
+    allow_more(kSearchShare);
+    rescue_above(kSearched);
+  }
+  /// Columns have their turn with a new share of the work.
+  void allow_more(double share) {
+    most_work_ = double(graph_.work()) + (short_of_work_ ? kShareIfShort : 1) * share * options_.most_work;
     std::fill(tried_column_.begin(), tried_column_.end(), 0);
-    for (const double rescued : {kRescued, kSharp, kLastRescued}) {
-      floor_ = rescued / kVeryBad * very_bad_;
-      std::size_t most = 0;
-      for (int round = 0; round < kRescueRounds; ++round) {
-        std::size_t done = columns_ ? column_round(std::max(floor_, kept_)) : 0;
-        done += flip_round(floor_);
-        done += reconnect_round(floor_);
-        done += smooth_round();
-        done += collapse_round();
-        // Insertions take long: they come when all else has had its turn, and only for what is worst.
-        most = std::max(most, done);
-        if (double(done) > kLittle * double(most)) continue;
-        done += insertion_round(std::max(floor_, kSharp / kVeryBad * very_bad_));
-        if (double(done) <= kDone * double(most)) break;
-      }
+  }
+  void rescue_above(double rescued) {
+    floor_ = rescued / kVeryBad * very_bad_;
+    std::size_t most = 0;
+    for (int round = 0; round < kRescueRounds; ++round) {
+      std::size_t done = columns_ ? column_round(std::max(floor_, kept_)) : 0;
+      done += flip_round(floor_);
+      done += reconnect_round(floor_);
+      done += smooth_round();
+      done += collapse_round();
+      // Insertions take long: they come when all else has had its turn, and only for what is worst.
+      most = std::max(most, done);
+      if (double(done) > kLittle * double(most)) continue;
+      done += insertion_round(std::max(floor_, kSharp / kVeryBad * very_bad_));
+      if (double(done) <= kDone * double(most)) break;
     }
   }
 
@@ -720,20 +761,35 @@ private:
   static constexpr double kVeryBad = 8;                ///< R/3r
   static constexpr double kBad = 3;                    ///< R/3r; what is above is worked on first; see bad_
   static constexpr double kSmoothed = 1.4;  ///< R/3r; all above is smoothed at last: a little more than that of columns
-  static constexpr double kFlippedFirst = 1.9;    ///< R/3r above which tets are flipped when polishing begins
-  static constexpr double kReconnectedFirst = 4;  ///< R/3r above which cavities are tried when polishing begins
-  static constexpr double kRescued = 6;           ///< R/3r above which all have their turn once more at last ...
-  static constexpr double kSharp = 3.4;           ///< ... then what is above this, that of an angle of 12 degrees ...
-  static constexpr double kLastRescued = 2.2;     ///< ... and this, ...
-  static constexpr double kRescueShare = 0.04;    ///< ... with this share of the work allowed, ...
-  static constexpr double kDone = 0.05;           ///< of the operations of the best round: there is no more to do
-  static constexpr int kRescueRounds = 8;         ///< ... so often at most
+  static constexpr double kFlippedFirst = 1.9;          ///< R/3r above which tets are flipped when polishing begins
+  static constexpr double kReconnectedFirst = 4;        ///< R/3r above which cavities are tried when polishing begins
+  static constexpr std::int32_t kReconnectedEvery = 2;  ///< rounds of polishing
+  static constexpr double kRescued = 6;                 ///< R/3r above which all have their turn once more at last ...
+  static constexpr double kSharp = 3.4;        ///< ... then what is above this, that of an angle of 12 degrees ...
+  static constexpr double kLastRescued = 2.2;  ///< ... and this, ...
+  static constexpr double kRescueShare = 0.1;  ///< ... with this share of the work allowed, ...
+  static constexpr double kDone = 0.05;        ///< of the operations of the best round: there is no more to do
+  static constexpr int kRescueRounds = 8;      ///< ... so often at most
   static constexpr std::size_t kInsertionTrials = 3;  ///< at a tet
   static constexpr double kInsertionGain = 0.05;      ///< share of the sharp cost that an insertion has to gain
   static constexpr int kRepairPasses = 3;             ///< after an insertion
   static constexpr double kRepaired = 2;              ///< R/3r above which tets are worked on there
-  static constexpr double kFullWork = 10;             ///< ratings per tet: all have their turn
-  static constexpr double kColumnRatio = 0.39;  ///< R/3r of a column over its length in thicknesses, for long ones
+  static constexpr double kShareIfShort = 0.3;        ///< of both shares of work, where there is not enough for all
+  static constexpr double kSearched = 3.6;      ///< R/3r, and an angle of 11 degrees: places are searched at last ...
+  static constexpr double kSearchShare = 0.15;  ///< ... with this share of the work allowed, ...
+  static constexpr int kRings = 7;              ///< ... on so many circles, ...
+  static constexpr double kFirstRing = 0.5;     ///< ... the first with this radius, as a share of the reach, ...
+  static constexpr double kNextRing = 0.6;      ///< ... the next ones smaller by this, ...
+  /// ... in these directions (cosines and sines of 0, 15, ... 75 degrees), and those at right angles to them.
+  static constexpr std::array<std::array<double, 2>, 6> kQuadrant{{{1, 0},
+                                                                   {0.9659258262890683, 0.25881904510252074},
+                                                                   {0.8660254037844387, 0.5},
+                                                                   {0.7071067811865476, 0.7071067811865476},
+                                                                   {0.5, 0.8660254037844387},
+                                                                   {0.25881904510252074, 0.9659258262890683}}};
+  static constexpr double kFullWork = 10;         ///< ratings per tet: all have their turn
+  static constexpr double kWorkForContours = 25;  ///< ratings per tet: contours have theirs before the polish, too
+  static constexpr double kColumnRatio = 0.39;    ///< R/3r of a column over its length in thicknesses, for long ones
   /// Times the R/3r of a column: what is worse, by its angles too, may be helped.
   static constexpr double kWorseThanColumn = 1.75;
   /// Of what contours may move: walls are not bent for what is sharp where no edge is shorter, as that makes no
@@ -743,7 +799,7 @@ private:
   static constexpr std::int32_t kFirstColumnRound = 2;  ///< from 0; flips and free vertices have their turn before
   static constexpr std::int32_t kColumnRounds = 2;      ///< of those for all tets in which all contours move
   static constexpr double kLittle = 0.4;       ///< of the operations of the best round: what is bad has had its turn
-  static constexpr double kPolished = 0.2;     ///< the same where all is polished
+  static constexpr double kPolished = 0.05;    ///< the same where all is polished
   static constexpr double kDifference = 1e-5;  ///< of the shortest edge: step of forward differences
   static constexpr int kStepSizes = 4;         ///< of a move, each 0.4 of the one before
   /// Cosines and sines of 28, 53 and 74 degrees: directions of columns beside the gradient.
@@ -769,11 +825,13 @@ private:
   std::vector<std::int32_t> gone_;  // #V, the vertex it went into
   std::unique_ptr<ContourColumns> columns_;
   double bad_ = kBad, very_bad_ = kVeryBad;  // R/3r
+  bool short_of_work_ = false;               // contours move only once everything has been smoothed
   double kept_ = 0;                          // R/3r; where none is worse, vertices of vertical edges stay
   double floor_ = kBad;                      // R/3r, of what is worked on
   double most_work_ = options_.most_work;    // see exhausted()
   std::int32_t spare_ = kNone;               // a vertex without tets, see add_vertex()
   bool at_last_ = false;                     // what is worst counts alone, nearly; see rescue()
+  bool searching_ = false;                   // places of columns; see rescue()
   std::int64_t next_poll_ = 0;
   std::vector<std::uint32_t> tried_smooth_, tried_pairs_, tried_column_;  // stamps
   std::vector<std::uint32_t> tried_cavity_, tried_insertion_;             // #T, the same
@@ -782,6 +840,7 @@ private:
   std::vector<std::pair<double, std::pair<std::int32_t, std::int32_t>>> pairs_;
   std::vector<std::int32_t> around_;                   // tets around the column in question ...
   std::vector<double> ratings_;                        // ... and their ratings
+  std::vector<std::pair<double, GridPoint>> offers_;   // places for it, with their costs
   std::vector<ContourColumns::Place> before_, after_;  // where what moves with it was, and where it would go
 };
 
