@@ -285,6 +285,10 @@ protected:
       return std::min({segment_distance(p.a, q.a, q.b), segment_distance(p.b, q.a, q.b),
                        segment_distance(q.a, p.a, p.b), segment_distance(q.b, p.a, p.b)}) > kOn;
     };
+    const auto boxes_meet = [](const Panel& p, const Panel& q) {  // of edges that cross, they do
+      return std::max(p.a.x, p.b.x) >= std::min(q.a.x, q.b.x) && std::max(q.a.x, q.b.x) >= std::min(p.a.x, p.b.x) &&
+             std::max(p.a.y, p.b.y) >= std::min(q.a.y, q.b.y) && std::max(q.a.y, q.b.y) >= std::min(p.a.y, p.b.y);
+    };
     for (std::size_t bucket = 0; bucket < bucket_.size(); ++bucket) {
       looked();
       passing_.clear();
@@ -305,6 +309,7 @@ protected:
         for (; l != passing_.end() && first_of(*l) == slab + 1; ++l) {
           looked();
           const Panel& above = panels_[std::size_t(*l)];
+          if (!boxes_meet(below, above)) continue;
           const double x = double(below.b.x - below.a.x), y = double(below.b.y - below.a.y),
                        u = double(above.b.x - above.a.x), v = double(above.b.y - above.a.y);
           const double degrees = std::atan2(std::fabs(x * v - y * u), std::fabs(x * u + y * v)) * (180 / kPi);

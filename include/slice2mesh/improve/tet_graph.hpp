@@ -334,7 +334,7 @@ private:
     for (const std::int32_t slab : mesh.tet_slab) ++start[std::size_t(slab) + 1];
     for (std::size_t s = 1; s < start.size(); ++s) start[s] += start[s - 1];
     std::vector<std::size_t> next(start.begin(), start.end() - 1);
-    std::vector<std::pair<std::uint64_t, std::int32_t>> keys(mesh.tets.size());
+    std::vector<std::uint64_t> keys(mesh.tets.size());  // of the place, then the tet: 32 bits each
     for (std::size_t t = 0; t < keys.size(); ++t) {
       listen();
       std::int64_t x = -4 * low.x, y = -4 * low.y;
@@ -342,12 +342,12 @@ private:
         x += point(v).x;
         y += point(v).y;
       }
-      keys[next[std::size_t(mesh.tet_slab[t])]++] = {spread(x >> shift) | spread(y >> shift) << 1, std::int32_t(t)};
+      keys[next[std::size_t(mesh.tet_slab[t])]++] = (spread(x >> shift) | spread(y >> shift) << 1) << 32 | t;
     }
     for (std::size_t s = 0; s + 1 < start.size(); ++s)
       sort_listening(keys.begin() + std::ptrdiff_t(start[s]), keys.begin() + std::ptrdiff_t(start[s + 1]), listen);
     std::vector<std::int32_t> order(keys.size());
-    for (std::size_t t = 0; t < keys.size(); ++t) order[t] = keys[t].second;
+    for (std::size_t t = 0; t < keys.size(); ++t) order[t] = std::int32_t(keys[t] & 0xffffffffU);
     return order;
   }
   /// A tet that a trial has taken out.
