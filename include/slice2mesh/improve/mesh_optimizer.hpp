@@ -327,6 +327,12 @@ private:
     around_.erase(std::unique(around_.begin(), around_.end()), around_.end());
     ratings_.resize(around_.size());
   }
+  /// The cost of the tets around the column where it is.
+  [[nodiscard]] double cost_around() const {
+    double sum = 0;
+    for (const std::int32_t t : around_) sum += cost(graph_.badness(t));
+    return sum;
+  }
   void put(const std::vector<ContourColumns::Place>& places) {
     for (const auto& [v, p] : places) graph_.set_point(v, p);
   }
@@ -357,8 +363,7 @@ private:
   bool smooth_column(std::size_t index, ContourColumns::Keep keep) {
     take_column(index);
     const GridPoint from = columns_->place(index);
-    double current = 0;
-    for (const std::int32_t t : around_) current += cost(graph_.badness(t));
+    const double current = cost_around();
     const double shortest = shortest_edge_at(index);
     const double limit = std::numeric_limits<double>::infinity();
     const double delta = std::max(4 * double(kContourStep), kDifference * shortest);
@@ -420,8 +425,7 @@ private:
   bool search_column(std::size_t index, ContourColumns::Keep keep) {
     take_column(index);
     const GridPoint from = columns_->place(index);
-    double current = 0;
-    for (const std::int32_t t : around_) current += cost(graph_.badness(t));
+    const double current = cost_around();
     const double least = (1 - kLeastGain) * current;
     offers_.clear();
     double radius = kFirstRing * columns_->reach();
