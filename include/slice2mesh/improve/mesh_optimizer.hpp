@@ -100,7 +100,7 @@ public:
         if (polishing) done += flip_round(flip_floor);
         if (contours) done += column_round(column_floor);
         done += collapse_round();
-        // Cavities take long, and leave what smoothing and flips gain more from than they would.
+        // Cavities take most of the time, and gain least for it.
         if (polishing && (round - first) % kReconnectedEvery == 0)
           done += reconnect_round(begins ? kReconnectedFirst : options_.target);
         most = std::max(most, done);
