@@ -50,15 +50,16 @@ RAW_FILL = {
     "CAD5_Lp_l0.13": 3350000,
 }
 
-# fTetWild, tolerance 1e-3 of the diagonal: tets, mean, worst, dihedral angles, % of tets that cross, user seconds.
+# fTetWild, tolerance 1e-3 of the diagonal: tets, mean, worst, dihedral angles, % of tets that cross, volume against the contours
+# that it was given, user seconds.
 FTETWILD = {
-    "T_supported": ("15.8k", 1.68, 6.8, "9.9-156", 18.6, 11),
-    "sphere_l0.03": ("80.6k", 1.46, 8.2, "10-157", 2.2, 65),
-    "pyramid_l0.03": ("26.6k", 1.49, 6.4, "11-154", 2.0, 20),
-    "nugear_coarse": ("78.9k", 1.41, 6.5, "10-157", 7.6, 47),
-    "anchor_0_l0.06": ("42.2k", 1.38, 8.1, "9.6-156", 5.5, 34),
-    "fandisk_l0.03_cino": ("153k", 1.44, 7.8, "10-159", 6.6, 106),
-    "joint_l0.02": ("92.6k", 1.44, 7.1, "11-156", 7.5, 72),
+    "T_supported": ("15.8k", 1.68, 6.8, "9.9-156", 18.6, -2e-4, 11),
+    "sphere_l0.03": ("80.6k", 1.46, 8.2, "10-157", 2.2, -4e-4, 65),
+    "pyramid_l0.03": ("26.6k", 1.49, 6.4, "11-154", 2.0, -3e-4, 20),
+    "nugear_coarse": ("78.9k", 1.41, 6.5, "10-157", 7.6, -6e-4, 47),
+    "anchor_0_l0.06": ("42.2k", 1.38, 8.1, "9.6-156", 5.5, -3e-4, 34),
+    "fandisk_l0.03_cino": ("153k", 1.44, 7.8, "10-159", 6.6, -2e-4, 106),
+    "joint_l0.02": ("92.6k", 1.44, 7.1, "11-156", 7.5, -2e-4, 72),
 }
 
 # Conforming tools, worst R/3r / seconds: TetGen 1.5 -p, TetGen 1.5 -q, TetGen 1.6 -q, CDT, CGAL 6.1.
@@ -86,6 +87,10 @@ def short(value, digits=4):
         return "%.2g" % value
     text = "%.*f" % (max(0, digits - 1 - math.floor(math.log10(abs(value)))), value)
     return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def exponent(value):
+    return "0" if value == 0 else ("%.1e" % value).replace("e-0", "e-")
 
 
 def angles_text(angles):
@@ -186,6 +191,9 @@ class Run:
         self.l = self.report["size"]
         self.eps = self.report["eps"]
         self.deviation = self.report["deviation"]["max"] / self.eps if self.eps else None
+        certificate = self.report["certificate"]
+        self.contour_error = certificate["volume"] / certificate["expected_volume"] - 1 if certificate["expected_volume"] else 0
+        self.volume = self.report["volume_error"]
         self.crossing = quality["crossing"]
         self.columns = quality["column_share"]
         self.ratio = quality["ratio"]
@@ -193,7 +201,7 @@ class Run:
         self.angles = (quality["min_dihedral"], quality["max_dihedral"])
         self.worst = quality["worst"]
         self.raw = self.tets / RAW_FILL[name] if name in RAW_FILL else None
-        self.certified = self.report["certificate"]["passed"]
+        self.certified = certificate["passed"]
         self.stages = self.report["seconds"]
         self.forced = quality["forced"]
         self.separation = self.report["separation"]
@@ -267,8 +275,16 @@ class Summary:
         return "musts met on all files: %s; missed: %s." % (", ".join(met) or "none", ", ".join(missed) or "none")
 
 
+def largest_slab(run):
+    """The largest error of a slab, and how far its contours are outside of its slice for that, in eps."""
+    worst = run.volume["worst_slab"]
+    if worst is None or not run.eps:
+        return "-"
+    return "%s (%s eps)" % (exponent(run.volume["per_slab"][worst]), short(run.volume["shift_per_slab"][worst] / run.eps, 2))
+
+
 def details_table(runs):
-    header = ["file", "slabs", "h (mm)", "l (mm)", "tets", "vertices", "median", "99 %", "columns", "worst of all", "cause",
+    header = ["file", "slabs", "h (mm)", "l (mm)", "tets", "vertices", "median", "99 %", "columns", "volume error", "of a slab", "worst of all", "cause",
               "forced above %g" % FORCED_ABOVE, "MiB", "longest stage"]
     rows = []
     for run in runs:
@@ -278,7 +294,8 @@ def details_table(runs):
         total = sum(run.stages.values()) or 1
         rows.append([
             run.name, count(run.slabs), short(run.h), short(run.l), count(run.tets), count(run.vertices), short(run.ratio["median"]),
-            short(run.ratio["p99"]), "%.0f %%" % (100 * run.columns), short(run.ratio["worst"]),
+            short(run.ratio["p99"]), "%.0f %%" % (100 * run.columns),
+            exponent(run.volume["error"]), largest_slab(run), short(run.ratio["worst"]),
             run.worst[0]["cause"].replace("_", " ") if run.worst else "-",
             "%d of %d" % (run.forced["forced"], run.forced["elements"]),
             "%.0f" % run.mib, "%s, %.0f %%" % (stage, 100 * run.stages.get(stage, 0) / total)
@@ -336,22 +353,26 @@ def comparison(runs):
     both = [run for run in runs if run.code == 0 and run.name in FTETWILD]
     rows = []
     for run in both:
-        tets, mean, worst, angles, crossing, seconds = FTETWILD[run.name]
+        tets, mean, worst, angles, crossing, volume, seconds = FTETWILD[run.name]
         rows.append([
             run.name, count(run.tets), short(run.ratio["mean"]), short(run.ratio["worst"]),
-            angles_text(run.angles), count(run.crossing), "%.1f" % run.seconds, tets, short(mean),
-            short(worst), angles, "%g %%" % crossing, "%g" % seconds
+            angles_text(run.angles), count(run.crossing), exponent(run.contour_error), exponent(run.volume["error"]),
+            "%.1f" % run.seconds, tets, short(mean), short(worst), angles, "%g %%" % crossing, exponent(volume), "%g" % seconds
         ])
     if rows:
-        names = ["tets", "mean", "worst", "dihedral", "crossing", "s"]
-        text += table(["file"] + names + ["fTetWild: " + names[0]] + names[1:], rows)
+        names = ["tets", "mean", "worst", "dihedral", "crossing", "volume error", "against slices", "s"]
+        text += table(["file"] + names + ["fTetWild: " + names[0]] + [name for name in names[1:] if name != "against slices"], rows)
         better = (sum(run.ratio["mean"] < FTETWILD[run.name][1] for run in both),
                   sum((run.ratio["worst"] or math.inf) < FTETWILD[run.name][2] for run in both),
                   sum(run.angles[0] > angles_of(FTETWILD[run.name][3])[0] for run in both),
                   sum(run.angles[1] < angles_of(FTETWILD[run.name][3])[1] for run in both),
-                  sum(run.seconds < FTETWILD[run.name][5] for run in both))
+                  sum(run.crossing == 0 for run in both),
+                  sum(abs(run.contour_error) < abs(FTETWILD[run.name][5]) for run in both),
+                  sum(abs(run.volume["error"]) < abs(FTETWILD[run.name][5]) for run in both),
+                  sum(run.seconds < FTETWILD[run.name][6] for run in both))
         text += ("\nBetter than fTetWild: the mean on %d of these %d files, the worst element on %d, the smallest dihedral angle on "
-                 "%d, the largest on %d, the time on %d.\n\n") % (better[0], len(both), *better[1:])
+                 "%d, the largest on %d, crossing tets on %d, the volume error on %d (that against the slices on %d), the time on "
+                 "%d.\n\n") % (better[0], len(both), *better[1:])
     rows = [[run.name, "%s / %.1f" % (short(run.ratio["worst"]), run.seconds)] + [cell or "-" for cell in CONFORMING[run.name]]
             for run in runs if run.code == 0 and run.name in CONFORMING]
     if rows:

@@ -29,11 +29,23 @@ void print_layers(const std::string& name, const slice2mesh::LayerReport& layers
   print_line(stdout, "tets that cross",
              std::to_string(layers.crossing) + " (" + slice2mesh::detail::short_number(100 * layers.crossing_share, 3) +
                  " %) lie in more than one layer");
-  print_line(stdout, "volume error",
-             short_text(100 * layers.volume_error) + " %, largest of a layer " +
+  print_line(stdout, "volume of layers",
+             "off by " + short_text(100 * layers.volume_error) + " %, largest of a layer " +
                  short_text(100 * layers.largest_slab_error) + " % (layer " +
                  std::to_string(layers.largest_error_slab + 1) + ")");
   std::fputs("\n", stdout);
+}
+
+// What the mesh gains and loses against its slices.
+std::string volume_error_text(const slice2mesh::VolumeError& volume, double eps) {
+  std::string text = short_text(100 * volume.error) + " % of the slices, " + short_text(volume.slices) + " mm^3";
+  if (volume.worst_slab >= 0) {
+    const auto worst = static_cast<std::size_t>(volume.worst_slab);
+    text += "; largest of a layer " + short_text(100 * volume.slab_error[worst]) + " % (layer " +
+            std::to_string(worst + 1) + ", " + short_text(volume.slab_shift[worst] / eps) +
+            " eps outside of its slice on average)";
+  }
+  return text;
 }
 
 // How near contours come, in shares of eps.
@@ -57,6 +69,7 @@ void print_report(const slice2mesh::Result& result) {
   print_line(stdout, "size", short_text(report.size) + " mm");
   print_line(stdout, "eps", short_text(report.eps) + " mm");
   print_line(stdout, "largest deviation", short_text(report.max_deviation) + " mm");
+  print_line(stdout, "volume error", volume_error_text(report.volume_error, report.eps));
   print_line(stdout, "between contours", separation_text(report.separation.between, report.separation.tolerance));
   print_line(stdout, "within contours", separation_text(report.separation.within, report.separation.tolerance));
   const slice2mesh::SlicingEstimates& estimates = report.estimates;

@@ -223,6 +223,14 @@ Json layers_json(const slice2mesh::LayerReport& layers) {
           {"exact_slab_volume", numbers(layers.exact_slab_volume)}};
 }
 
+Json volume_error_json(const slice2mesh::VolumeError& volume) {
+  return {{"slices", number(volume.slices)},
+          {"error", number(volume.error)},
+          {"worst_slab", volume.worst_slab >= 0 ? Json(volume.worst_slab) : Json(nullptr)},
+          {"per_slab", numbers(volume.slab_error)},
+          {"shift_per_slab", numbers(volume.slab_shift)}};
+}
+
 }  // namespace
 
 std::string report_json(const MeshJob& job, const slice2mesh::Result& result) {
@@ -239,6 +247,7 @@ std::string report_json(const MeshJob& job, const slice2mesh::Result& result) {
       {"eps", number(report.eps)},
       {"size", number(report.size)},
       {"deviation", {{"max", number(report.max_deviation)}, {"per_slab", numbers(report.deviation)}}},
+      {"volume_error", volume_error_json(report.volume_error)},
       {"separation", separation_json(report.separation)},
       {"tetrahedralizer",
        {{"name", report.tetrahedralizer}, {"mesher", job.mesher.mesher}, {"arguments", job.mesher.arguments}}},

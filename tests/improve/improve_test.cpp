@@ -404,6 +404,35 @@ TEST_CASE("improvement moves round contours, but no corners and straight walls o
   CHECK(left < on_walls / 100);
 }
 
+TEST_CASE("what contours gain and lose as they move keeps the volume of the part") {
+  // Balls: at the equator contours are less than eps apart, and share their ways for the better or worse of some.
+  std::size_t moved = 0;
+  for (std::uint32_t seed = 1; seed <= times(6); ++seed) {
+    CAPTURE(seed);
+    std::mt19937 random(seed);
+    std::vector<std::vector<Polyline>> layers;
+    const double radius = 4 + 0.01 * double(random() % 100), first = 0.25 + 0.01 * double(random() % 25);
+    for (double z = first - radius; z < radius - 0.2; z += 0.5)
+      layers.push_back({star(0, 0, std::sqrt(radius * radius - z * z), 60)});
+    Filled filled = fill(stack_of(layers));
+    const auto error = [&](const std::vector<Outline>& outlines) {
+      double wanted = 0, there = 0;
+      for (std::size_t s = 0; s < outlines.size(); ++s) {
+        wanted += double(detail::doubled_area(filled.chain.regions.outlines[s], kNone));
+        there += double(detail::doubled_area(outlines[s], kNone));
+      }
+      return std::fabs(there / wanted - 1);
+    };
+    const std::vector<Outline> before = filled.chain.contours.outlines;
+    REQUIRE(improve(filled));
+    const std::vector<Outline>& after = filled.chain.contours.outlines;
+    CAPTURE(error(before), error(after));
+    CHECK(error(after) <= std::max(error(before), 3e-4) + 1e-9);
+    moved += std::size_t(after != before);
+  }
+  CHECK(moved > 3);
+}
+
 TEST_CASE("a narrow band along a straight wall gets wider where one of its walls is in few slabs") {
   // The foot of a fillet on a wall through many slabs. What is 1.05 and 2.3 eps off gets one contour, 1.7 eps from the
   // wall: over bands below 1.75 eps dihedral angles are below 10 degrees.
@@ -517,8 +546,8 @@ TEST_CASE("places of contours are searched all around what is worst at last") {
     INFO(failures(certificate));
     CHECK(certificate.passed());
   }
-  // With steps in one direction only: 9.99 degrees and 9 elements, and 8.4 degrees.
-  CHECK(measure_quality(one.mesh).min_dihedral > 10.1);
+  // With steps in one direction only: 9.54 degrees and 8 elements.
+  CHECK(measure_quality(one.mesh).min_dihedral > 10.05);
   CHECK(sharper_than(11, one.mesh) <= 6);
   CHECK(measure_quality(two.mesh).min_dihedral > 8.7);
 }

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The one call: equal to the chain of stages, deterministic, stoppable.
 #include "slice2mesh/slice2mesh.hpp"
+
+#include <cmath>
+
 #include "test_support.hpp"
 
 using namespace slice2mesh;
@@ -104,6 +107,24 @@ TEST_CASE("the deviation stays within eps, and exact mode and bundles of slices 
       // Exact mode closes what is narrower than 2^-20 of the extent (16 mm, as a power of two, at most).
       if (eps == 0) CHECK(result.report.eps < 2e-5);
     }
+}
+
+TEST_CASE("the report has what the mesh gains and loses against its slices") {
+  for (const double eps : {0.0, 0.1, 0.5}) {
+    INFO("eps " << eps << " h");
+    Options options = sample_options();
+    options.eps = Length::layers(eps);
+    const Result result = slice_to_mesh(sample(), options);
+    const VolumeError& error = result.report.volume_error;
+    // The mean width of the layers, less the hole; the supports.
+    double slices = 3 * (2.0 + 0.4) * 0.4 * 4 * 0.5;
+    for (int i = 0; i < 8; ++i) slices += (((i < 4 ? 6.0 : 9.0) - 0.13 * i) * 5 - 1.5) * 0.5;
+    CHECK(error.slices == Approx(slices).epsilon(1e-9));
+    CHECK(error.error == Approx(result.report.quality.volume / slices - 1).margin(1e-9));
+    REQUIRE(error.slab_error.size() == 8);
+    for (const double shift : error.slab_shift) CHECK(std::fabs(shift) <= result.report.eps);
+    if (eps == 0) CHECK(std::fabs(error.error) < 1e-5);
+  }
 }
 
 TEST_CASE("sliver removal makes no element worse than the raw fill's worst and keeps the certificate") {

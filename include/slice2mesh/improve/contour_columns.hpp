@@ -51,9 +51,9 @@ public:
   /// contours and slices are near to each other, and what lies on which side of what.
   enum class Keep : std::uint8_t {
     Angles,      ///< no more than that
-    RoughAreas,  ///< areas of slabs, roughly
-    Walls,       ///< corners and straight walls of slices where harmonization left them
-    Areas        ///< corners and straight walls, and areas of slabs, nearly
+    RoughAreas,  ///< areas of slabs, roughly, and the volume of the part
+    Walls,       ///< corners and straight walls of slices where harmonization left them, and the volume of the part
+    Areas        ///< corners and straight walls, areas of slabs, nearly, and the volume of the part
   };
 
   /// Vertices of all planes are counted through, those of plane k from `first[k]` on. `points` (#V) and `gone` (#V: the
@@ -69,6 +69,7 @@ public:
     slabs_of_ = plane_slabs(contours.slabs, planes);
     for (std::size_t s = 0; s < slab_.size(); ++s)
       slab_[s].most = std::max(kDeviationShare * eps_, contours.deviation[s] / contours.grid.pitch);
+    find_excess(contours.slabs);
     find_shapes();
     find_columns();
     find_groups();
@@ -191,6 +192,7 @@ public:
         touched_[std::size_t(site.slab)] = 1;
       }
     for (const auto& [slab, gain] : gains_) slab_[std::size_t(slab)].excess += gain;
+    excess_ += gain_;
   }
 
   /// There is one vertex more, the last one, which splits no edge yet.
@@ -297,6 +299,18 @@ private:
 
   // --- what belongs together
 
+  /// How much the volume between contours differs from that of the slices.
+  void find_excess(const std::vector<Slab>& slabs) {
+    double volume = 0;
+    for (std::size_t s = 0; s < outlines_.size(); ++s) {
+      listen_(outlines_[s].edges.size() + slices_[s].edges.size());
+      heights_.push_back(slabs[s].z_high - slabs[s].z_low);
+      const Int128 area = doubled_area(slices_[s], kNone);
+      volume += heights_[s] * double(area);
+      excess_ += heights_[s] * double(doubled_area(outlines_[s], kNone) - area);
+    }
+    most_excess_ = kVolumeShare * volume;
+  }
   /// Tells corners that are those of the slices and straight walls from what may move more freely.
   void find_shapes() {
     shape_.resize(outlines_.size());
@@ -805,10 +819,12 @@ private:
     gains_.clear();
     if (group.size() == 1) {
       const std::vector<Site>& sites = columns_[taken_].sites;
-      return all_from(slice_doubt_, sites.size(), [&](std::size_t k) {
-        moved_sites_.assign(1, {sites[k], targets_.front()});
-        return keeps_slice(0, 1, keep);
-      });
+      return all_from(slice_doubt_, sites.size(),
+                      [&](std::size_t k) {
+                        moved_sites_.assign(1, {sites[k], targets_.front()});
+                        return keeps_slice(0, 1, keep);
+                      }) &&
+             keeps_volume(keep);
     }
     moved_sites_.clear();
     for (std::size_t k = 0; k < group.size(); ++k)
@@ -820,7 +836,14 @@ private:
       for (k = i + 1; k < moved_sites_.size() && moved_sites_[k].first.slab == moved_sites_[i].first.slab;) ++k;
       if (!keeps_slice(i, k, keep)) return false;
     }
-    return true;
+    return keeps_volume(keep);
+  }
+  /// Does the volume stay that of the slices, nearly, or come nearer to it? Needs `gains_`.
+  [[nodiscard]] bool keeps_volume(Keep keep) {
+    gain_ = 0;
+    for (const auto& [slab, gain] : gains_) gain_ += heights_[std::size_t(slab)] * double(gain);
+    const double now = std::fabs(excess_ + gain_);
+    return keep == Keep::Angles || now <= std::max(std::fabs(excess_), most_excess_);
   }
   /// The same for moved_sites_[begin, end), which are of one slab.
   [[nodiscard]] bool keeps_slice(std::size_t begin, std::size_t end, Keep keep) {
@@ -884,6 +907,7 @@ private:
   static constexpr double kDeviationShare = 0.985;    // of eps ...
   static constexpr double kAreaShare = 0.005;         // of eps, times the length of what is curved: of area
   static constexpr double kRoughAreaShare = 0.15;     // of eps, times the length of the contour: the same, roughly
+  static constexpr double kVolumeShare = 3e-4;        // of the volume of the part: what all contours may add or take
   static constexpr double kResolution = 1.0 / 64;     // ... with half of this share more, still below eps
 
   const std::vector<Outline>& slices_;
@@ -920,6 +944,12 @@ private:
   std::vector<std::uint32_t> concerned_;                 // corners that change with it, each once
   std::vector<Segment> before_, now_;
   std::vector<std::pair<std::int32_t, Int128>> gains_;  // slabs, and twice the area that they gain
+  double gain_ = 0;                                     // the same times their heights, all together
+
+  // Of the volume, doubled, in squared pitches times mm.
+  std::vector<double> heights_;  // #S, mm
+  double excess_ = 0;            // between contours and slices ...
+  double most_excess_ = 0;       // ... which a move may not bring above this, either way
 };
 
 }  // namespace slice2mesh::detail

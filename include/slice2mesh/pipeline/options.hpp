@@ -123,7 +123,7 @@ struct SizeOptions {
 /// Improvement of the elements.
 struct ImproveOptions {
   std::int32_t rounds = 16;   ///< number of rounds, >= 0; 0 leaves the raw fill
-  double target = 1.5;        ///< R/3r above which tets are flipped, and contours moved at them, >= 1
+  double target = 1.45;       ///< R/3r above which tets are flipped, and contours moved at them, >= 1
   double collapse_above = 2;  ///< R/3r above which vertices of tets are taken out where that gains, >= 1
   double most_work = 4.2e7;   ///< number of rated tets after which the rounds end, >= 0, apart from a quarter more for
                               ///< the worst elements; below ten times the number of tets, columns of long elements are

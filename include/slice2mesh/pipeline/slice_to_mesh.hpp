@@ -25,6 +25,7 @@
 #include "slice2mesh/quality/causes.hpp"
 #include "slice2mesh/quality/certificate.hpp"
 #include "slice2mesh/quality/quality.hpp"
+#include "slice2mesh/quality/volume_error.hpp"
 #include "slice2mesh/regions/slabs.hpp"
 #include "slice2mesh/tet/axioms.hpp"
 #include "slice2mesh/tet/slab_filler.hpp"
@@ -52,6 +53,7 @@ struct Report {
   std::vector<double> deviation;  ///< #S, mm: distance between contour and input slice, both ways
   /// The largest of `deviation`, mm.
   double max_deviation = 0;
+  VolumeError volume_error;     ///< what the mesh gains and loses against the input slices
   SeparationReport separation;  ///< how near contours come to each other and to themselves
   /// What was checked on the finished mesh.
   Certificate certificate;
@@ -220,7 +222,6 @@ SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& o
   harmonize_options.size_at = sizes.size_at;
   Contours contours = harmonize(regions, harmonize_options, result.diagnostics, progress);
   slice2mesh::report(progress, Stage::Harmonize, 1);
-  report.separation = measure_separation(contours, progress);
   clock.done(Stage::Harmonize);
   PlaneStack planes = triangulate_planes(contours, sizes, options.budget, progress);
   clock.done(Stage::Triangulate);
@@ -239,10 +240,9 @@ SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& o
   if (options.budget.max_tets > 0 && static_cast<std::int64_t>(result.mesh.tets.size()) > options.budget.max_tets)
     throw BudgetError(Stage::Tetrahedralize, "the mesh needs more tets than max_tets");
   clock.done(Stage::Tetrahedralize);
-  if (traits.facets == FacetKeeping::Exactly &&
-      improve(regions, contours, planes, result.plc, result.mesh, options.improve, progress) &&
-      options.improve.move_contours)
-    report.separation = measure_separation(contours, detail::within(progress, Stage::Improve));
+  if (traits.facets == FacetKeeping::Exactly)
+    improve(regions, contours, planes, result.plc, result.mesh, options.improve, progress);
+  report.separation = measure_separation(contours, detail::within(progress, Stage::Improve));
   note_separation(report.separation, contours.slabs, result.diagnostics);
   planes = {};  // nobody needs it any more, and to give it back takes its time
   slice2mesh::report(progress, Stage::Improve, 1);
@@ -265,6 +265,8 @@ SLICE2MESH_INLINE Result slice_to_mesh(const SliceStack& stack, const Options& o
   quality_options.classify = default_cause(result.plc, contours.tolerance, &regions.outlines,
                                            [&] { slice2mesh::report(progress, Stage::Quality, 0); });
   report.quality = measure_quality(result.mesh, quality_options, progress);
+  report.volume_error = measure_volume_error(regions.outlines, regions.grid, regions.slabs, report.quality.slab_volume,
+                                             [&] { slice2mesh::report(progress, Stage::Quality, 1); });
   slice2mesh::report(progress, Stage::Quality, 1);
   clock.done(Stage::Quality);
 
