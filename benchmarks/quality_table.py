@@ -62,6 +62,12 @@ FTETWILD = {
     "joint_l0.02": ("92.6k", 1.44, 7.1, "11-156", 7.5, -2e-4, 72),
 }
 
+# The paper's Table 1, over its 14 parts.
+PAPER_HEADER = ["file", "tets", "mean", "worst", "crossing", "s"]
+PAPER = [["*paper: TetWild*", "", "1.2 to 1.9", "6 to 345", "some", "up to hours"],
+         ["*paper: TetGen*", "", "", "above 1e10", "0", ""],
+         ["*paper: TetGen with quality*", "", "most parts: crash, or stopped after six days", "", "", ""]]
+
 # Conforming tools, worst R/3r / seconds: TetGen 1.5 -p, TetGen 1.5 -q, TetGen 1.6 -q, CDT, CGAL 6.1.
 CONFORMING = {
     "T_supported": ("8e2 / 0.06", "6.1 / 0.3", "62 / 0.6", "2e5 / 0.1", "2e16 / 0.2"),
@@ -350,6 +356,9 @@ def comparison(runs):
                 "tets that cross layers %s, at most %.1f s (hours).\n\n") % (
                     len(done), short(min(mean), 3), short(max(mean), 3), short(min(worst), 3), short(max(worst), 3),
                     count(sum(run.crossing for run in done)), max(run.seconds for run in done))
+        text += table(PAPER_HEADER, [[
+            run.name, count(run.tets), short(run.ratio["mean"]), short(run.ratio["worst"]), count(run.crossing), "%.1f" % run.seconds
+        ] for run in done] + PAPER) + "\n"
     both = [run for run in runs if run.code == 0 and run.name in FTETWILD]
     rows = []
     for run in both:
