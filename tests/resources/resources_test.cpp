@@ -173,18 +173,22 @@ TEST_CASE("the more there is to do, the more often every stage asks whether to g
   }
 }
 
-TEST_CASE("long bands between two contours in exact mode, which are split finely, can be cancelled within a slab") {
+TEST_CASE("harmonization of contours with many vertices can be cancelled within a slab") {
   SliceStack stack;
+  constexpr int kPoints = 5000;
   for (int l = 0; l < 2; ++l) {
-    const double x = 10 + 0.002 * l;
-    Polyline box;
-    box.points = {{0, 0}, {x, 0}, {x, 10}, {0, 10}};
+    Polyline ring;
+    for (int i = 0; i < kPoints; ++i) {
+      const double angle = 2 * 3.14159265358979 * i / kPoints, r = 10 + 0.3 * std::sin(40 * angle + l);
+      ring.points.push_back({r * std::cos(angle), r * std::sin(angle)});
+    }
     stack.layers.emplace_back();
     stack.layers.back().z = 0.5 * l;
-    stack.layers.back().polylines.push_back(box);
+    stack.layers.back().polylines.push_back(ring);
   }
   Options options;
   options.eps = Length::mm(0);
+  // Two slabs with few vertices take eight calls.
   std::size_t n = 0;
   options.progress = [&](Stage stage, double) {
     n += stage == Stage::Harmonize ? 1 : 0;
