@@ -21,7 +21,7 @@ namespace slice2mesh {
 /// What a mesh gains and loses against its input slices, as they are after thickening and union.
 struct VolumeError {
   double slices = 0;  ///< mm^3, sum over the slabs of area x thickness of the slice
-  double error = 0;   ///< volume of the mesh over that, less 1; 0 where there is none
+  double error = 0;   ///< a ratio: volume of the mesh over that, less 1; 0 where there is none
   /// #S, the same ratio for each slab.
   std::vector<double> slab_error;
   /// #S, mm: the area that the slab gains over the length of its contours. So far, on average, it is outside of its
