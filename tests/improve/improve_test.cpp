@@ -430,7 +430,7 @@ TEST_CASE("what contours gain and lose as they move keeps the volume of the part
     CHECK(error(after) <= std::max(error(before), 3e-4) + 1e-9);
     moved += std::size_t(after != before);
   }
-  CHECK(moved > 3);
+  CHECK(2 * moved > times(6));  // so there was something to keep
 }
 
 TEST_CASE("a narrow band along a straight wall gets wider where one of its walls is in few slabs") {
