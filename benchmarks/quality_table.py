@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: MIT
 """Tables of the figures of many meshes, for docs/quality.md.
 
-    python3 quality_table.py WORK PAGE
+    python3 quality_table.py WORK PAGE all|summary
 
 WORK is what quality.sh leaves: runs.tsv (configuration, name, exit code, wall-clock, user and system seconds, KiB),
 configurations.tsv (configuration, options), <configuration>/<name>.json (the program's report), .err, and for size10h
-.node and .ele. PAGE is a Markdown file whose part between the two markers is replaced, or `-` for the standard output.
+.node and .ele. PAGE is a Markdown file whose part between the two markers is replaced, or `-` for the standard output. `summary`:
+how many files meet the goals with default options, and which do not; the markers are those of shapes.sh.
 """
 import json
 import math
@@ -14,8 +15,8 @@ import re
 import statistics
 import sys
 
-BEGIN = "<!-- tables of benchmarks/quality.sh: begin -->"
-END = "<!-- tables of benchmarks/quality.sh: end -->"
+MARKERS = {kind: ["<!-- tables of benchmarks/%s: %s -->" % (script, end) for end in ("begin", "end")]
+           for kind, script in (("all", "quality.sh"), ("summary", "shapes.sh"))}
 
 # Goals: (must, aim).
 MEAN = (1.5, 1.35)
@@ -271,6 +272,8 @@ class Summary:
     def table(self):
         rows = []
         for figure, (must, aim), of, missed, best in self.rows:
+            if of == 0:
+                continue
             names = ", ".join("%s (%s)" % pair for pair in missed) or "-"
             rows.append([figure, must, "%d of %d" % (of - len(missed), of), names, aim, "%d of %d" % (best, of)])
         return table(["figure", "must", "met by", "missed by", "aim", "met by"], rows)
@@ -390,10 +393,57 @@ def comparison(runs):
     return text
 
 
+def summary_text(runs):
+    """The goals over all files, and how the figures are spread."""
+    done = [run for run in runs if run.code == 0]
+    text = "%s\n%s" % (heading({"default": runs}), Summary(runs).table())
+    if done:
+        rows = []
+        for name, values in (("tets", [run.tets for run in done]), ("mean", [run.ratio["mean"] for run in done]),
+                             ("99.9 %", [run.ratio["p999"] for run in done]), ("worst", [run.forced["worst_other"] for run in done]),
+                             ("smallest angle", [run.angles[0] for run in done]), ("largest angle", [run.angles[1] for run in done]),
+                             ("deviation / eps", [run.deviation for run in done]),
+                             ("abs. volume error", [abs(run.volume["error"]) for run in done]), ("seconds", [run.seconds for run in done])):
+            values = sorted(math.inf if value is None else value for value in values)
+            form = count if name == "tets" else short
+            rows.append([name, form(values[0]), form(values[(len(values) - 1) // 2]), form(values[-1])])
+        text += "\n" + table(["figure", "smallest", "median", "largest"], rows)
+    return text
+
+
+def heading(runs):
+    """Version, and how many meshes there are."""
+    group = [run for runs_of_one in runs.values() for run in runs_of_one]
+    done = [run for run in group if run.code == 0]
+    repeated = max(run.runs for run in group)
+    return "Version %s; %d of %d meshes made, %s; times are %s.\n" % (
+        done[0].report["version"] if done else "?", len(done), len(group),
+        "every one certified" if all(run.certified for run in done) else "NOT all certified",
+        "of a single run" if repeated == 1 else "medians of %d runs" % repeated)
+
+
+def write(page, markers, text):
+    """Puts the text between the markers of a page, or prints it."""
+    if page == "-":
+        print(text)
+        return
+    begin, end = markers
+    with open(page) as file:
+        old = file.read()
+    if old.count(begin) != 1 or old.count(end) != 1:
+        sys.exit("quality_table.py: %s needs the two markers once" % page)
+    head, rest = old.split(begin)
+    tail = rest.split(end)[1]
+    temporary = page + ".new"
+    with open(temporary, "w") as file:
+        file.write(head + begin + "\n\n" + text + "\n" + end + tail)
+    os.replace(temporary, page)
+
+
 def main():
-    if len(sys.argv) != 3:
-        sys.exit("usage: quality_table.py WORK PAGE")
-    work, page = sys.argv[1:]
+    if len(sys.argv) != 4 or sys.argv[3] not in MARKERS:
+        sys.exit("usage: quality_table.py WORK PAGE all|summary")
+    work, page, kind = sys.argv[1:]
     rows = {}
     with open(os.path.join(work, "runs.tsv")) as file:
         for line in file:
@@ -404,14 +454,10 @@ def main():
     runs = {configuration: [Run(work, configuration, name, found) for name, found in files.items()]
             for configuration, files in rows.items()}
     first = runs["default"]
-    version = next((run.report["version"] for run in first if run.code == 0), "?")
-    repeated = max(run.runs for run in first)
-    certified = all(run.certified for group in runs.values() for run in group if run.code == 0)
-    every = sum(len(group) for group in runs.values())
-    done = sum(1 for group in runs.values() for run in group if run.code == 0)
-    text = "Version %s; %d of %d meshes made, %s; times are %s.\n" % (
-        version, done, every, "every one certified" if certified else "NOT all certified",
-        "of a single run" if repeated == 1 else "medians of %d runs" % repeated)
+    if kind == "summary":
+        write(page, MARKERS[kind], summary_text(first))
+        return
+    text = heading(runs)
     sections = [("default", "Default options", False), ("size10h", "Long elements", True),
                 ("lump3", "Bundles of three slices", False), ("columns", "Columns kept", False)]
     summaries = {key: Summary(runs[key], metric) for key, _, metric in sections if key in runs}
@@ -435,19 +481,7 @@ def main():
         text += both_table(runs[key]) if metric else details_table(runs[key])
         if key == "default":
             text += "\n" + separation_table(first) + "\n### Beside other tools\n\n" + comparison(first)
-    if page == "-":
-        print(text)
-        return
-    with open(page) as file:
-        old = file.read()
-    if old.count(BEGIN) != 1 or old.count(END) != 1:
-        sys.exit("quality_table.py: %s needs the two markers once" % page)
-    head, rest = old.split(BEGIN)
-    tail = rest.split(END)[1]
-    temporary = page + ".new"
-    with open(temporary, "w") as file:
-        file.write(head + BEGIN + "\n\n" + text + "\n" + END + tail)
-    os.replace(temporary, page)
+    write(page, MARKERS[kind], text)
 
 
 if __name__ == "__main__":

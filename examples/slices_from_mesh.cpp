@@ -2,6 +2,7 @@
 // Slices of a closed triangle mesh, for those who have none: STL (or OFF, OBJ, PLY) in, CLI out.
 //
 //   slices_from_mesh part.stl part.cli 0.1      layers of 0.1 mm; the file counts in mm
+//   slices_from_mesh part.stl part.cli 1/60     layers of a 60th of the largest extent of the part
 //   slices_from_mesh --sample washer.stl        writes a conical washer to try it with
 //
 // Each layer is cut in the middle of its height, and its z is its upper surface, as CLI files have it. The part is
@@ -61,6 +62,20 @@ void write_sample(const std::string& path) {
   });
 }
 
+// Largest extent along x, y or z.
+double extent_of(const TriangleMesh& mesh) {
+  double largest = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const auto v : mesh.vertices()) {
+      low = std::min(low, mesh.point(v)[axis]);
+      high = std::max(high, mesh.point(v)[axis]);
+    }
+    largest = std::max(largest, high - low);
+  }
+  return largest;
+}
+
 slice2mesh::SliceStack slices_of(const TriangleMesh& mesh, double thickness) {
   double bottom = std::numeric_limits<double>::infinity(), top = -bottom;
   for (const auto v : mesh.vertices()) {
@@ -118,20 +133,20 @@ int main(int argc, char* argv[]) try {
     write_sample(argv[2]);
     return 0;
   }
-  double thickness = 0;
-  if (argc == 4) {
-    const std::string text = argv[3];
-    const auto read = std::from_chars(text.data(), text.data() + text.size(), thickness);
-    if (read.ec != std::errc() || read.ptr != text.data() + text.size()) thickness = 0;
-  }
-  if (!(thickness > 0)) throw std::runtime_error("usage: slices_from_mesh part.stl part.cli THICKNESS");
+  const std::string text = argc == 4 ? argv[3] : "";
+  const bool is_share = text.compare(0, 2, "1/") == 0;
+  const std::string number = is_share ? text.substr(2) : text;
+  double value = 0;
+  const auto read = std::from_chars(number.data(), number.data() + number.size(), value);
+  if (read.ec != std::errc() || read.ptr != number.data() + number.size() || !(value > 0))
+    throw std::runtime_error("usage: slices_from_mesh part.stl part.cli THICKNESS|1/NUMBER");
   TriangleMesh mesh;
   if (!CGAL::IO::read_polygon_mesh(std::string(argv[1]), mesh) || mesh.is_empty())
     throw std::runtime_error(std::string(argv[1]) + " is not a readable triangle mesh");
   if (!CGAL::is_closed(mesh) || !CGAL::is_triangle_mesh(mesh))
     throw std::runtime_error(std::string(argv[1]) + " is not a closed mesh of triangles");
 
-  const slice2mesh::SliceStack stack = slices_of(mesh, thickness);
+  const slice2mesh::SliceStack stack = slices_of(mesh, is_share ? extent_of(mesh) / value : value);
   std::size_t contours = 0, holes = 0;
   for (const slice2mesh::Layer& layer : stack.layers) {
     for (const slice2mesh::Polyline& line : layer.polylines) {
