@@ -141,7 +141,7 @@ int main(int argc, char* argv[]) try {
   if (read.ec != std::errc() || read.ptr != number.data() + number.size() || !(value > 0))
     throw std::runtime_error("usage: slices_from_mesh part.stl part.cli THICKNESS|1/NUMBER");
   TriangleMesh mesh;
-  if (!CGAL::IO::read_polygon_mesh(std::string(argv[1]), mesh) || mesh.is_empty())
+  if (!CGAL::IO::read_polygon_mesh(std::string(argv[1]), mesh) || mesh.number_of_faces() == 0)
     throw std::runtime_error(std::string(argv[1]) + " is not a readable triangle mesh");
   if (!CGAL::is_closed(mesh) || !CGAL::is_triangle_mesh(mesh))
     throw std::runtime_error(std::string(argv[1]) + " is not a closed mesh of triangles");
